@@ -25,7 +25,11 @@ class Box:
 
     @classmethod
     def turned(
-        cls, center: tuple[float, float, float], size_m: tuple[float, float, float], yaw_rad: float, roll_rad: float = 0.0
+        cls,
+        center: tuple[float, float, float],
+        size_m: tuple[float, float, float],
+        yaw_rad: float,
+        roll_rad: float = 0.0,
     ) -> Box:
         """Box of edge lengths `size_m` around `center`, rolled about its x axis, then turned about z."""
         rotation = rotation_from_rpy(roll_rad=roll_rad, yaw_rad=yaw_rad)

@@ -84,7 +84,12 @@ class DepthCamera:
         beyond = ~reached.reshape(-1)
         no_return = rays[beyond] * (self.max_range_m / lengths.reshape(-1)[beyond, None])
         scan = Scan(
-            points.astype(np.float32), T_map_sensor, no_return.astype(np.float32), self.max_range_m, stamp_s, "depth_camera"
+            points.astype(np.float32),
+            T_map_sensor,
+            no_return.astype(np.float32),
+            self.max_range_m,
+            stamp_s,
+            "depth_camera",
         )
         return DepthCapture(depth_u16, self.intrinsics, DEPTH_SCALE_M, scan)
 

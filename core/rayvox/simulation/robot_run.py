@@ -20,7 +20,9 @@ ROBOT_SPEED_M_PER_S = 0.5
 _OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """R_body_optical: a camera looks along z with x to the right, a body drives along x with z up."""
 
-T_BASE_CAMERA = rigid_transform(rotation_from_rpy(pitch_rad=np.radians(10.0)) @ _OPTICAL_AXES, np.array([0.2, 0.0, 0.6]))
+T_BASE_CAMERA = rigid_transform(
+    rotation_from_rpy(pitch_rad=np.radians(10.0)) @ _OPTICAL_AXES, np.array([0.2, 0.0, 0.6])
+)
 T_BASE_LIDAR = rigid_transform(np.eye(3), np.array([0.0, 0.0, 1.1]))
 
 

@@ -46,5 +46,10 @@ class SpinningLidar:
         points = rays[kept] * measured[kept, None]
         no_return = rays[~reached] * self.max_range_m
         return Scan(
-            points.astype(np.float32), T_map_sensor, no_return.astype(np.float32), self.max_range_m, stamp_s, "spinning_lidar"
+            points.astype(np.float32),
+            T_map_sensor,
+            no_return.astype(np.float32),
+            self.max_range_m,
+            stamp_s,
+            "spinning_lidar",
         )

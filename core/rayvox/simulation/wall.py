@@ -35,7 +35,7 @@ def window(start: float, end: float) -> Opening:
 def wall(
     axis: Literal["x", "y"], offset: float, start: float, end: float, openings: Sequence[Opening] = ()
 ) -> list[Box]:
-    """A wall that runs along `axis` from `start` to `end` at the other coordinate `offset`, as boxes around its openings."""
+    """A wall along `axis` from `start` to `end` at the other coordinate `offset`, as boxes around its openings."""
 
     def piece(piece_start: float, piece_end: float, low: float, high: float) -> Box:
         near, far = offset - WALL_THICKNESS_M / 2.0, offset + WALL_THICKNESS_M / 2.0

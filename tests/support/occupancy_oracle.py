@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tests.support.bulk_traversal import Packed, pack, prepare_rays, scan_cells, unpack
+from tests.support.bulk_traversal import Packed, pack, prepare_rays, scan_cells, sorted_unique, unpack
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class OracleMap:
 
     def insert_cells(self, free: Packed, occupied: Packed) -> None:
         """One scan's free and occupied cells: disjoint, each at most once."""
-        merged = np.union1d(self.voxels, np.concatenate([free, occupied]))
+        merged = sorted_unique(np.concatenate([self.voxels, free, occupied]))
         log_odds = np.zeros(len(merged), dtype=np.float32)
         log_odds[np.searchsorted(merged, self.voxels)] = self.log_odds
         for cells, update in ((free, self.miss), (occupied, self.hit)):
@@ -84,6 +84,8 @@ class OracleMap:
 
     def leaves(self) -> Leaves:
         """Pruned leaves: eight siblings of one value become their parent, level by level."""
+        if not len(self.voxels):
+            return Leaves(np.zeros((0, 3), np.int64), np.zeros(0, np.uint8), np.zeros(0, np.float32), self.tree_depth)
         keys, values = unpack(self.voxels), self.log_odds
         done: list[tuple[NDArray[np.int64], int, NDArray[np.float32]]] = []
         for level in range(self.tree_depth, 0, -1):
@@ -91,8 +93,10 @@ class OracleMap:
             parent = pack((keys >> shift) << shift)
             order = np.argsort(parent, kind="stable")
             keys, values, parent = keys[order], values[order], parent[order]
-            _, first, inverse, count = np.unique(parent, return_index=True, return_inverse=True, return_counts=True)
-            differs = np.add.reduceat((values != values[first][inverse]).astype(np.int64), first) if len(first) else first
+            begins = np.append(True, parent[1:] != parent[:-1])
+            first, inverse = np.flatnonzero(begins), np.cumsum(begins) - 1
+            count = np.diff(np.append(first, len(parent)))
+            differs = np.add.reduceat((values != values[first][inverse]).astype(np.int64), first)
             merges = (count == 8) & (differs == 0)
             stays = ~merges[inverse]
             done.append((keys[stays], level, values[stays]))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rayvox.simulation import Scene, Sphere, make_building, robot_poses
 from rayvox.simulation.robot_path import ROBOT_GROUND_CLEARANCE_M, ROBOT_SIZE_M
 
 
-def fan(count: int, seed: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def fan(count: int, seed: int) -> NDArray[np.float64]:
     directions = np.random.default_rng(seed).normal(size=(count, 3))
-    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return unit
 
 
 def test_the_nearest_of_several_solids_is_measured() -> None:

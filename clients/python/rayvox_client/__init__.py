@@ -1,0 +1,87 @@
+"""rayvox_client: scans into a rayvox mapping service, occupancy out; numpy at both ends."""
+
+from rayvox_client.async_client import AsyncClient
+from rayvox_client.async_stream import AsyncScanStream
+from rayvox_client.client import Client
+from rayvox_client.errors import (
+    ConflictError,
+    ConnectionFailedError,
+    InvalidFrameError,
+    InvalidInputError,
+    InvalidMapNameError,
+    MalformedAnswerError,
+    MapExistsError,
+    MapNotFoundError,
+    NotFoundError,
+    OutOfRangeError,
+    OutOfStepError,
+    OverloadedError,
+    RayvoxClientError,
+    RefusedInputError,
+    ScanConflictError,
+    ServiceError,
+    ServiceTimeoutError,
+    TooLargeError,
+    UnauthorizedError,
+    UnavailableError,
+    WaitTimeoutError,
+)
+from rayvox_client.intrinsics import Intrinsics
+from rayvox_client.map_changes import MapChanges
+from rayvox_client.map_copy import MapCopy
+from rayvox_client.map_info import MapInfo, ServiceVersion
+from rayvox_client.occupancy import FREE, OCCUPIED, UNKNOWN, Occupancy, RayHits
+from rayvox_client.receipt import ClearReceipt, RefusedScan, ScanAck, ScanReceipt
+from rayvox_client.retry import RetryPolicy
+from rayvox_client.scan import DepthScan, PosedScan, Scan
+from rayvox_client.sensor_model import SensorModel
+from rayvox_client.sequence import SequenceReport
+from rayvox_client.stream import ScanStream
+
+__all__ = [
+    "FREE",
+    "OCCUPIED",
+    "UNKNOWN",
+    "AsyncClient",
+    "AsyncScanStream",
+    "ClearReceipt",
+    "Client",
+    "ConflictError",
+    "ConnectionFailedError",
+    "DepthScan",
+    "Intrinsics",
+    "InvalidFrameError",
+    "InvalidInputError",
+    "InvalidMapNameError",
+    "MalformedAnswerError",
+    "MapChanges",
+    "MapCopy",
+    "MapExistsError",
+    "MapInfo",
+    "MapNotFoundError",
+    "NotFoundError",
+    "Occupancy",
+    "OutOfRangeError",
+    "OutOfStepError",
+    "OverloadedError",
+    "PosedScan",
+    "RayHits",
+    "RayvoxClientError",
+    "RefusedInputError",
+    "RefusedScan",
+    "RetryPolicy",
+    "Scan",
+    "ScanAck",
+    "ScanConflictError",
+    "ScanReceipt",
+    "ScanStream",
+    "SensorModel",
+    "SequenceReport",
+    "ServiceError",
+    "ServiceTimeoutError",
+    "ServiceVersion",
+    "TooLargeError",
+    "UnauthorizedError",
+    "UnavailableError",
+    "WaitTimeoutError",
+]

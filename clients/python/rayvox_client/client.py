@@ -1,0 +1,297 @@
+"""The client with calls that block."""
+
+from __future__ import annotations
+
+import os
+import ssl
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Self, Unpack
+
+from numpy.typing import ArrayLike
+
+from rayvox_client.async_client import AsyncClient, UnknownPolicy, Wait
+from rayvox_client.blocking_transport import BlockingTransport
+from rayvox_client.endpoint import Endpoint
+from rayvox_client.frame import Compression
+from rayvox_client.intrinsics import Intrinsics
+from rayvox_client.map_changes import MapChanges
+from rayvox_client.map_info import MapInfo, ServiceVersion
+from rayvox_client.occupancy import Occupancy, RayHits
+from rayvox_client.receipt import ClearReceipt, ScanReceipt
+from rayvox_client.retry import RetryPolicy
+from rayvox_client.scan import PosedOptions, PosedScan, ScanOptions
+from rayvox_client.sensor_model import SensorModel
+from rayvox_client.sequence import SequenceReport, Via
+from rayvox_client.stream import ScanStream
+from rayvox_client.transport import run_blocking
+
+
+class Client:
+    """Client of a rayvox service. Threads may share it; streams belong to one thread each.
+
+        client = Client("http://127.0.0.1:8080")
+        client.create_map("lab", resolution_m=0.05, exist_ok=True)
+        client.insert_scan("lab", points, T_map_sensor)
+        client.occupancy("lab", [[1.0, 0.0, 0.5]]).states
+
+    Args:
+        url: `http://host:port` or `https://host:port`, with a path prefix if the service is behind a proxy.
+        api_key: sent as a bearer token.
+        timeout_s: longest wait for a connection, for a request to go out, or for the next bytes of an answer.
+        retries: attempts after a failed connection, 429 or 503; or a whole `RetryPolicy`.
+        ssl_context: for https; the system's trust store by default.
+
+    Every method raises `ConnectionFailedError` or `OverloadedError` when the retries are used up, `UnauthorizedError`
+    without a valid key, and `MapNotFoundError` for a map that does not exist. Points, boxes and rays are in the map
+    frame, metres, float32 or float64.
+    """
+
+    def __init__(
+        self,
+        url: str = "http://127.0.0.1:8080",
+        api_key: str | None = None,
+        timeout_s: float = 30.0,
+        retries: int | RetryPolicy = 5,
+        *,
+        ssl_context: ssl.SSLContext | None = None,
+    ) -> None:
+        transport = BlockingTransport(Endpoint.parse(url, api_key), timeout_s, ssl_context)
+        self._client = AsyncClient(url, api_key, timeout_s, retries, transport=transport)
+
+    def health(self) -> str:
+        """ "ok" when the service answers."""
+        return run_blocking(self._client.health())
+
+    def version(self) -> ServiceVersion:
+        """Versions of service, kernel and API."""
+        return run_blocking(self._client.version())
+
+    def create_map(
+        self,
+        name: str,
+        resolution_m: float,
+        depth: int = 16,
+        sensor_model: SensorModel | None = None,
+        exist_ok: bool = False,
+    ) -> MapInfo:
+        """Create a map.
+
+        Args:
+            name: 1 to 64 letters, digits, `_`, `-` or `.`, starting with a letter or digit.
+            resolution_m: edge of a finest-level cell, metres.
+            depth: levels, up to 21.
+            sensor_model: OctoMap's by default.
+            exist_ok: take an existing map with the same settings.
+
+        Raises:
+            MapExistsError: it exists (with `exist_ok`: with other settings).
+            InvalidInputError: name, resolution, depth or model cannot be used.
+        """
+        return run_blocking(self._client.create_map(name, resolution_m, depth, sensor_model, exist_ok))
+
+    def list_maps(self) -> list[MapInfo]:
+        """All maps."""
+        return run_blocking(self._client.list_maps())
+
+    def map_info(self, name: str, statistics: bool = False) -> MapInfo:
+        """One map; with `statistics` also its leaf counts, volumes and bounds, which take longer."""
+        return run_blocking(self._client.map_info(name, statistics))
+
+    def delete_map(self, name: str) -> None:
+        """Delete a map and everything the service has on disk for it."""
+        run_blocking(self._client.delete_map(name))
+
+    def insert_scan(
+        self,
+        map: str,
+        points: ArrayLike,
+        T_map_sensor: ArrayLike | None = None,
+        *,
+        wait: Wait = "applied",
+        compression: Compression = None,
+        **options: Unpack[ScanOptions],
+    ) -> ScanReceipt:
+        """Insert one scan; it is on the service's disk when this returns.
+
+        Args:
+            points: (n,3) float32 or float64, sensor frame, metres, all finite.
+            T_map_sensor: (4,4) rigid transform from the sensor to the map frame; None for identity.
+            wait: return when the map shows the scan ("applied"), or as soon as it is on disk ("journaled").
+            compression: "zstd" for slow networks.
+            **options: `origin` of the beams in the sensor frame; `max_range_m`; `no_return`, (k,3) direction times
+                range of beams that met nothing; `discretize`; `scan_id`; `stamp_s`; `scale_m` for int16 points.
+
+        Raises:
+            InvalidInputError: wrong shape, not finite, not rigid, empty, or beyond the map's range.
+            ScanConflictError: the map holds another scan under this scan_id.
+            TooLargeError: more points or bytes than the service takes.
+            ServiceTimeoutError: on disk, but not applied in the time that the service waits.
+        """
+        return run_blocking(
+            self._client.insert_scan(map, points, T_map_sensor, wait=wait, compression=compression, **options)
+        )
+
+    def insert_depth_image(
+        self,
+        map: str,
+        depth_u16: ArrayLike,
+        intrinsics: Intrinsics,
+        T_map_sensor: ArrayLike | None = None,
+        *,
+        wait: Wait = "applied",
+        compression: Compression = None,
+        **options: Unpack[PosedOptions],
+    ) -> ScanReceipt:
+        """Insert one depth image.
+
+        Args:
+            depth_u16: (rows, columns) uint16, 0 meaning no measurement.
+            intrinsics: focal lengths and centre in pixels, metres per unit.
+            T_map_sensor: (4,4) rigid transform from the camera's optical frame (z forward, x right, y down).
+            Others, and errors: as `insert_scan`.
+        """
+        return run_blocking(
+            self._client.insert_depth_image(
+                map, depth_u16, intrinsics, T_map_sensor, wait=wait, compression=compression, **options
+            )
+        )
+
+    def insert(
+        self, map: str, scan: PosedScan, *, wait: Wait = "applied", compression: Compression = None
+    ) -> ScanReceipt:
+        """Insert a `Scan` or `DepthScan`; otherwise as `insert_scan`."""
+        return run_blocking(self._client.insert(map, scan, wait=wait, compression=compression))
+
+    def upload_sequence(
+        self,
+        map: str,
+        scans: Iterable[PosedScan],
+        *,
+        progress: bool = True,
+        via: Via = "stream",
+        wait: Wait = "journaled",
+        compression: Compression = None,
+        skip_refused: bool = False,
+    ) -> SequenceReport:
+        """Upload scans in order, with a progress bar (scans, points per second).
+
+        Args:
+            scans: `Scan` and `DepthScan`, read one at a time.
+            via: "stream" keeps several in flight; "http" sends one after the other.
+            wait: "applied" returns only when the map shows them all.
+            skip_refused: go on after a scan that the service refuses, and list it in the report. Otherwise the
+                upload stops there and raises that scan's typed error.
+        """
+        return run_blocking(
+            self._client.upload_sequence(
+                map,
+                scans,
+                progress=progress,
+                via=via,
+                wait=wait,
+                compression=compression,
+                skip_refused=skip_refused,
+            )
+        )
+
+    def wait_applied(self, map: str, sequence: int | None = None, timeout_s: float | None = None) -> MapInfo:
+        """Wait until the map shows the scan of this journal `sequence`, or all that are acknowledged now.
+
+        Raises:
+            WaitTimeoutError: not within `timeout_s`; None waits for ever.
+        """
+        return run_blocking(self._client.wait_applied(map, sequence, timeout_s))
+
+    def occupancy(
+        self, map: str, points: ArrayLike, depth: int | None = None, *, min_revision: int | None = None
+    ) -> Occupancy:
+        """States and log-odds at (n,3) points.
+
+        Args:
+            depth: ask coarser octree nodes, 0 the root; None for the finest.
+            min_revision: wait until the map has got so far.
+
+        Raises:
+            InvalidInputError: wrong shape or not finite.
+            ServiceTimeoutError: `min_revision` did not come in the time that the service waits.
+        """
+        return run_blocking(self._client.occupancy(map, points, depth, min_revision=min_revision))
+
+    def boxes(self, map: str, lo: ArrayLike, hi: ArrayLike, *, min_revision: int | None = None) -> Occupancy:
+        """States of axis-aligned boxes with corners (n,3) `lo` <= `hi`.
+
+        2 where any occupied voxel touches the box, else 0 where any part is unknown, else 1. `log_odds` is None.
+        """
+        return run_blocking(self._client.boxes(map, lo, hi, min_revision=min_revision))
+
+    def cast_rays(
+        self,
+        map: str,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        max_range_m: float,
+        unknown: UnknownPolicy = "free",
+        *,
+        min_revision: int | None = None,
+    ) -> RayHits:
+        """What rays meet first within `max_range_m`.
+
+        Args:
+            origins: (n,3), or (1,3) for all rays. directions: (n,3) of any length but 0.
+            unknown: whether rays pass unknown space ("free") or end there ("occupied").
+        """
+        return run_blocking(
+            self._client.cast_rays(map, origins, directions, max_range_m, unknown, min_revision=min_revision)
+        )
+
+    def changes(self, map: str, since: int) -> MapChanges:
+        """What changed after revision `since`; 0 for everything."""
+        return run_blocking(self._client.changes(map, since))
+
+    def clear_box(self, map: str, lo: ArrayLike, hi: ArrayLike) -> ClearReceipt:
+        """Make everything within the box from `lo` to `hi` (3 numbers each, metres) unknown.
+
+        A retry after a lost answer clears again, and with it what others inserted there in between.
+        """
+        return run_blocking(self._client.clear_box(map, lo, hi))
+
+    def download_map(self, map: str, path: str | os.PathLike[str]) -> Path:
+        """Export to `path`, as its suffix says: .bt or .ot (OctoMap), .ply (occupied leaves). An existing file is
+        replaced only when all has arrived."""
+        return run_blocking(self._client.download_map(map, path))
+
+    def stream(
+        self, map: str, subscribe: bool = False, since: int | None = None, *, compression: Compression = None
+    ) -> ScanStream:
+        """A stream of scans into the map, to be used as a context manager; see `ScanStream`.
+
+        Args:
+            subscribe: receive the map's changes on it too, from `since` on (None: from now on).
+        """
+        return ScanStream(self._client.stream(map, subscribe, since, compression=compression))
+
+    def subscribe(self, map: str, since: int = 0) -> ScanStream:
+        """The map's changes as they come, endlessly, from revision `since` on; reconnects by itself.
+
+        copy = MapCopy()
+        for change in client.subscribe("lab"):
+            change.apply_to(copy)
+        """
+        return self.stream(map, subscribe=True, since=since)
+
+    def close(self) -> None:
+        """Close the idle connections; streams are closed by themselves."""
+        run_blocking(self._client.close())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return repr(self._client).replace("Async", "", 1)

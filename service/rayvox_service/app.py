@@ -1,0 +1,62 @@
+"""The ASGI application: routes under /v1, every error a problem document."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError, WebSocketRequestValidationError
+from rayvox.errors import RayvoxError
+from starlette.exceptions import HTTPException
+
+from rayvox_service import __version__
+from rayvox_service.auth import ApiKeyGuard
+from rayvox_service.frame import FrameError
+from rayvox_service.map_store import MapStore
+from rayvox_service.problems import Problem, answer_error, answer_http_exception, answer_validation_error
+from rayvox_service.routers import export, health, maps, queries, scans, stream
+from rayvox_service.service import Service
+from rayvox_service.settings import Settings
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """An application over `settings.data_dir`, which it takes for itself when it starts up.
+
+    Maps are restored in the background: /v1/health answers at once, /v1/ready when all are there.
+    """
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        store = MapStore(settings)
+        with ThreadPoolExecutor(settings.query_threads, "query") as pool:
+            app.state.service = Service(settings, store, pool)
+            restoring = asyncio.create_task(asyncio.to_thread(store.open_all))
+            try:
+                yield
+            finally:
+                store.stop_opening()
+                await restoring
+                await asyncio.to_thread(store.close)
+
+    app = FastAPI(
+        title="rayvox",
+        version=__version__,
+        lifespan=lifespan,
+        openapi_url="/v1/openapi.json",
+        # The pages that FastAPI would serve load their scripts from the internet.
+        docs_url=None,
+        redoc_url=None,
+    )
+    for module in (health, maps, scans, queries, export, stream):
+        app.include_router(module.router, prefix="/v1")
+    for error in (Problem, FrameError, RayvoxError, OSError, Exception):
+        app.add_exception_handler(error, answer_error)
+    app.add_exception_handler(RequestValidationError, answer_validation_error)
+    app.add_exception_handler(WebSocketRequestValidationError, answer_validation_error)
+    app.add_exception_handler(HTTPException, answer_http_exception)
+    if settings.api_key is not None:
+        app.add_middleware(ApiKeyGuard, api_key=settings.api_key.get_secret_value())
+    return app

@@ -1,0 +1,67 @@
+"""What a map was created with; fixed for its life and kept in its directory as map.json."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from rayvox import OccupancyMap, SensorModel
+
+from rayvox_service.durable_files import write_file
+
+FILE_NAME = "map.json"
+
+
+class SensorModelConfig(BaseModel):
+    """OctoMap's sensor model as probabilities; the defaults are OctoMap's."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    p_hit: float = Field(default=0.7, gt=0.0, lt=1.0)
+    p_miss: float = Field(default=0.4, gt=0.0, lt=1.0)
+    p_clamp_min: float = Field(default=0.1192, gt=0.0, lt=1.0)
+    p_clamp_max: float = Field(default=0.971, gt=0.0, lt=1.0)
+    p_occupied: float = Field(default=0.5, gt=0.0, lt=1.0)
+
+    def to_kernel(self) -> SensorModel:
+        return SensorModel(self.p_hit, self.p_miss, self.p_clamp_min, self.p_clamp_max, self.p_occupied)
+
+
+class MapConfig(BaseModel):
+    """Name, leaf edge in metres, levels and sensor model of one map."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    resolution_m: float = Field(gt=0.0, allow_inf_nan=False)
+    depth: int = Field(default=16, ge=1, le=21)
+    sensor_model: SensorModelConfig = SensorModelConfig()
+
+    def new_map(self) -> OccupancyMap:
+        """An empty kernel map. Raises rayvox.InvalidInputError for values that the kernel refuses."""
+        return OccupancyMap(self.resolution_m, self.depth, self.sensor_model.to_kernel())
+
+    def restore_map(self, state: bytes, revision: int) -> OccupancyMap:
+        return OccupancyMap.from_bytes(state, self.resolution_m, self.depth, self.sensor_model.to_kernel(), revision)
+
+
+class MapFile(BaseModel):
+    """map.json: the configuration under a version of the directory's layout."""
+
+    layout: Literal[1] = 1
+    map: MapConfig
+
+
+def write_map_config(directory: Path, config: MapConfig) -> None:
+    write_file(directory / FILE_NAME, [MapFile(map=config).model_dump_json(indent=2).encode()])
+
+
+def read_map_config(directory: Path) -> MapConfig:
+    """Raises OSError or ValueError naming the file."""
+    path = directory / FILE_NAME
+    try:
+        return MapFile.model_validate(json.loads(path.read_bytes())).map
+    except (ValidationError, json.JSONDecodeError) as error:
+        raise ValueError(f"{path} is not a map configuration: {error}") from error

@@ -1,0 +1,86 @@
+"""What a journal record does to the map. The same code checks a new record and replays an old one."""
+
+from __future__ import annotations
+
+import dataclasses
+import uuid
+from dataclasses import dataclass
+from typing import Any
+
+from rayvox import InvalidInputError, OccupancyMap, OutOfRangeError, PreparedScan
+
+from rayvox_service import scan
+from rayvox_service.frame import Frame, encode_frame
+
+CLEAR_BOX = "clear_box"
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    revision: int
+    statistics: dict[str, Any] | None
+
+
+@dataclass(frozen=True, slots=True)
+class ScanOperation:
+    """A validated and transformed scan: inserting it cannot fail on its values."""
+
+    scan_id: uuid.UUID
+    prepared: PreparedScan
+
+    @property
+    def nbytes(self) -> int:
+        return self.prepared.nbytes
+
+    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
+        result = occupancy_map.insert_prepared(self.prepared)
+        return Outcome(result.revision, dataclasses.asdict(result.statistics))
+
+
+@dataclass(frozen=True, slots=True)
+class ClearOperation:
+    """Everything known inside the box becomes unknown; corners in metres, map frame."""
+
+    lo: Corner
+    hi: Corner
+    nbytes: int = 0
+
+    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
+        return Outcome(occupancy_map.clear_box(self.lo, self.hi), None)
+
+
+Operation = ScanOperation | ClearOperation
+
+
+def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int | None = None) -> Operation:
+    """Check a record against the map it is for, without touching the map.
+
+    Raises FrameError, Problem or rayvox.InvalidInputError.
+    """
+    if frame.kind == CLEAR_BOX:
+        lo, hi = _corner(frame, "lo"), _corner(frame, "hi")
+        check_box(lo, hi, occupancy_map)
+        return ClearOperation(lo, hi)
+    scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
+    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map))
+
+
+def clear_frame(lo: Corner, hi: Corner) -> bytes:
+    return encode_frame(CLEAR_BOX, {"lo": lo, "hi": hi}, {})
+
+
+def check_box(lo: Corner, hi: Corner, occupancy_map: OccupancyMap) -> None:
+    half_range_m = occupancy_map.resolution_m * 2 ** (occupancy_map.depth - 1)
+    for axis, low, high in zip("xyz", lo, hi, strict=True):
+        if not low <= high:
+            raise InvalidInputError(f"box: lo {axis} = {low} is not <= hi {axis} = {high}")
+        if low < -half_range_m or high > half_range_m:
+            raise OutOfRangeError(f"box: {axis} from {low} to {high} leaves the map's +-{half_range_m} m")
+
+
+def _corner(frame: Frame, name: str) -> Corner:
+    values = scan.numbers(frame, name, 3, None)
+    if values is None:
+        raise InvalidInputError(f"{name} is missing")
+    return values[0], values[1], values[2]

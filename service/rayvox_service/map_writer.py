@@ -1,0 +1,291 @@
+"""The one way into a map: frames are checked, journaled, applied and acknowledged, in the order they came.
+
+Two threads per map. *Intake* checks frames and writes all that wait to the journal under one fdatasync. *Apply*
+inserts them into the map, already while the disk still syncs; nothing is shown to readers or acknowledged as applied
+before it is both on disk and in the map.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import uuid
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+from rayvox import OccupancyMap
+
+from rayvox_service import map_operation, scan
+from rayvox_service.frame import Bytes, Frame, FrameLimits, decode_frame
+from rayvox_service.journal import Journal
+from rayvox_service.problems import Problem, as_problem
+from rayvox_service.published_map import PublishedMap
+from rayvox_service.scan_ledger import ScanEntry, ScanLedger
+from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission
+from rayvox_service.waiters import Waiters, settle, settle_error
+
+MAX_GROUP = 64
+MAX_GROUP_BYTES = 64 << 20
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class WriterLimits:
+    """`queue_bytes` bounds frames and prepared scans that are not yet applied."""
+
+    frame: FrameLimits
+    max_points: int
+    queue_bytes: int
+
+
+class MapWriter:
+    """Thread-safe. `reload(sequence)` rebuilds the map from disk as it was right after that record.
+
+    `on_applied(sequence, frame_bytes)` is called in the apply thread after each record and must not raise.
+    """
+
+    def __init__(
+        self,
+        published: PublishedMap,
+        journal: Journal,
+        ledger: ScanLedger,
+        limits: WriterLimits,
+        reload: Callable[[int], OccupancyMap],
+        on_applied: Callable[[int, int], None],
+    ) -> None:
+        self._published, self._journal, self._ledger, self._limits = published, journal, ledger, limits
+        self._reload, self._on_applied = reload, on_applied
+        self._lock = threading.Lock()
+        self._queued = 0
+        self._closed: Problem | None = None
+        self._broken: Problem | None = None
+        self._inbox: SimpleQueue[Submission | None] = SimpleQueue()
+        self._outbox: SimpleQueue[Entry | None] = SimpleQueue()
+        self.last_sequence = journal.next_sequence - 1
+        self.scans_applied = len(ledger)
+        self.applied = Waiters(self.last_sequence)
+        self.revision = Waiters(published.revision)
+        self._threads = [threading.Thread(target=run, daemon=True) for run in (self._run_intake, self._run_apply)]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def queued_bytes(self) -> int:
+        return self._queued
+
+    @property
+    def broken(self) -> Problem | None:
+        """Why the map takes nothing any more, None while it works."""
+        return self._broken
+
+    def check_room(self, nbytes: int) -> None:
+        """Raises Problem overloaded when a frame of this size would not be taken now."""
+        refusal = self._broken or self._closed
+        if refusal is not None:
+            raise refusal
+        # A frame larger than the whole queue is still taken when nothing else waits: it could never go otherwise.
+        if self._queued and self._queued + nbytes > self._limits.queue_bytes:
+            raise Problem(
+                "overloaded", f"{self._queued} bytes wait to be applied, the limit is {self._limits.queue_bytes}"
+            )
+
+    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None) -> Submission:
+        """Queue one scan frame. Raises Problem overloaded, or the reason why the map takes nothing any more."""
+        return self._submit(Submission(scan.KIND, data, scan_id))
+
+    def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
+        return self._submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
+
+    def close(self, refusal: Problem, *, drain: bool) -> None:
+        """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads."""
+        with self._lock:
+            self._closed = refusal
+            if not drain:
+                self._broken = self._broken or refusal
+            self._inbox.put(None)
+        for thread in self._threads:
+            thread.join()
+        self.applied.fail(refusal)
+        self.revision.fail(refusal)
+        self._journal.close()
+
+    def _submit(self, submission: Submission) -> Submission:
+        with self._lock:
+            self.check_room(len(submission.data))
+            submission.reserved = len(submission.data)
+            self._queued += submission.reserved
+            self._inbox.put(submission)
+        return submission
+
+    def _reserve(self, submission: Submission, more: int) -> None:
+        with self._lock:
+            self._queued += more
+            submission.reserved += more
+
+    def _release(self, submission: Submission) -> None:
+        self._reserve(submission, -submission.reserved)
+
+    def _reject(self, submission: Submission, error: Exception) -> None:
+        problem = as_problem(error)
+        self._release(submission)
+        settle_error(submission.journaled, problem)
+        settle_error(submission.applied, problem)
+
+    # Intake
+
+    def _run_intake(self) -> None:
+        running = True
+        while running:
+            waiting = [self._inbox.get()]
+            try:
+                while len(waiting) < MAX_GROUP and sum(len(s.data) for s in waiting if s) < MAX_GROUP_BYTES:
+                    waiting.append(self._inbox.get_nowait())
+            except Empty:
+                pass
+            running = None not in waiting
+            entries = self._check_all([submission for submission in waiting if submission is not None])
+            if entries:
+                self._commit(entries)
+        self._outbox.put(None)
+
+    def _check_all(self, submissions: list[Submission]) -> list[Entry]:
+        group = CommitGroup()
+        entries: list[Entry] = []
+        for submission in submissions:
+            try:
+                entry = self._check(submission, group, entries)
+            except Exception as error:
+                self._reject(submission, error)
+            else:
+                entries += [entry] if entry is not None else []
+        return entries
+
+    def _check(self, submission: Submission, group: CommitGroup, earlier: list[Entry]) -> Entry | None:
+        """An entry to journal, or None for a scan that was seen before."""
+        if self._broken is not None:
+            raise self._broken
+        frame = decode_frame(submission.data, self._limits.frame)
+        if frame.kind != submission.kind:
+            raise Problem("invalid-input", f"a {submission.kind} frame is needed, this one is {frame.kind[:60]!r}")
+        if frame.kind == scan.KIND and self._is_retry(submission, frame, earlier):
+            return None
+        operation = map_operation.parse_operation(frame, self._published.unchanging(), self._limits.max_points)
+        self._reserve(submission, operation.nbytes)
+        return Entry(submission, operation, group, frame.crc32c, frame.nbytes)
+
+    def _is_retry(self, submission: Submission, frame: Frame, earlier: list[Entry]) -> bool:
+        scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
+        if submission.scan_id not in (None, scan_id):
+            raise Problem("invalid-input", f"the frame's scan_id {scan_id} is not the address's {submission.scan_id}")
+        submission.scan_id = scan_id
+        known = self._ledger.get(scan_id)
+        if known is not None:
+            _check_same_bytes(known, frame, scan_id)
+            self._answer_retry(submission, known.sequence)
+            return True
+        for entry in earlier:
+            if entry.submission.scan_id == scan_id:
+                _check_same_bytes(ScanEntry(0, entry.crc32c, entry.nbytes), frame, scan_id)
+                entry.retries.append(submission)
+                return True
+        return False
+
+    def _commit(self, entries: list[Entry]) -> None:
+        group = entries[0].group
+        try:
+            first = self._journal.write([entry.submission.data for entry in entries])
+            for sequence, entry in enumerate(entries, first):
+                entry.sequence = sequence
+                self._outbox.put(entry)
+            self._journal.sync()
+            self._remember(entries)
+        except Exception as error:
+            group.failed = True
+            for entry in entries:
+                for submission in (entry.submission, *entry.retries):
+                    self._reject(submission, error)
+            return
+        finally:
+            group.settled.set()
+        for entry in entries:
+            receipt = Receipt(entry.submission.scan_id, entry.sequence, "journaled", None, False)
+            settle(entry.submission.journaled, receipt)
+            for retry in entry.retries:
+                self._answer_retry(retry, entry.sequence)
+
+    def _remember(self, entries: list[Entry]) -> None:
+        for entry in entries:
+            scan_id = entry.submission.scan_id
+            if scan_id is not None:
+                self._ledger.add(scan_id, ScanEntry(entry.sequence, entry.crc32c, entry.nbytes))
+            self._reserve(entry.submission, -len(entry.submission.data))
+            entry.submission.data = b""
+        self.last_sequence = entries[-1].sequence
+
+    def _answer_retry(self, submission: Submission, sequence: int) -> None:
+        def answer_applied(done: Future[int]) -> None:
+            error = done.exception()
+            if isinstance(error, Exception):
+                settle_error(submission.applied, error)
+            else:
+                revision = self._published.revision
+                settle(submission.applied, Receipt(submission.scan_id, sequence, "applied", revision, True))
+
+        self._release(submission)
+        # Runs at once for a scan that is in the map already.
+        self.applied.reached(sequence).add_done_callback(answer_applied)
+        if submission.applied.done() and submission.applied.exception() is None:
+            settle(submission.journaled, submission.applied.result())
+        else:
+            settle(submission.journaled, Receipt(submission.scan_id, sequence, "journaled", None, True))
+
+    # Apply
+
+    def _run_apply(self) -> None:
+        while (entry := self._outbox.get()) is not None:
+            try:
+                if self._broken is not None:
+                    raise self._broken
+                self._apply(entry)
+            except Exception as error:
+                self._give_up(entry, error)
+
+    def _apply(self, entry: Entry) -> None:
+        if entry.group.failed:
+            return
+        outcome = entry.operation.apply(self._published.begin())
+        entry.group.settled.wait()
+        if entry.group.failed:
+            # The map holds something that is not on disk, so a restart would show another map: go back to the disk's.
+            self._published.publish(self._reload(self.applied.value))
+            return
+        self._published.publish()
+        self.scans_applied += entry.submission.scan_id is not None
+        # The bytes are given back before anybody hears of it: who waited for room finds it.
+        self._release(entry.submission)
+        self.applied.advance(entry.sequence)
+        self.revision.advance(outcome.revision)
+        receipt = Receipt(
+            entry.submission.scan_id, entry.sequence, "applied", outcome.revision, False, outcome.statistics
+        )
+        settle(entry.submission.applied, receipt)
+        self._on_applied(entry.sequence, entry.nbytes)
+
+    def _give_up(self, entry: Entry, error: Exception) -> None:
+        # Skipping a journaled record would give another map than a restart does, so nothing is applied any more.
+        if self._broken is None:
+            log.error("record %d could not be applied", entry.sequence, exc_info=error)
+            self._broken = Problem("unavailable", f"record {entry.sequence} could not be applied: {error}")
+        self._published.fail(self._broken)
+        self.applied.fail(self._broken)
+        self.revision.fail(self._broken)
+        settle_error(entry.submission.applied, self._broken)
+        self._release(entry.submission)
+
+
+def _check_same_bytes(known: ScanEntry, frame: Frame, scan_id: uuid.UUID) -> None:
+    if not known.same_bytes(frame.crc32c, frame.nbytes):
+        raise Problem("scan-conflict", f"scan {scan_id} was sent before with other bytes", scan_id=str(scan_id))

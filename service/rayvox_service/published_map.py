@@ -1,0 +1,81 @@
+"""The kernel's map as readers see it: only states whose every scan is on disk."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+
+from rayvox import MapSnapshot, OccupancyMap
+
+
+class PublishedMap:
+    """One writer changes the map between `begin` and `publish`; readers in any thread get snapshots.
+
+    A snapshot is taken at most once per published revision, and only if somebody asked: an unread map is never
+    copied on write. A reader that asks while a change is on its way gets the state right after it.
+    """
+
+    def __init__(self, occupancy_map: OccupancyMap) -> None:
+        self._lock = threading.Lock()
+        self._map = occupancy_map
+        self._changing = False
+        self._latest: MapSnapshot | None = None
+        self._asked: list[Future[MapSnapshot]] = []
+        self._failure: Exception | None = None
+        self.revision: int = occupancy_map.revision
+        self.nbytes: int = occupancy_map.nbytes
+
+    @property
+    def resolution_m(self) -> float:
+        return self._map.resolution_m
+
+    @property
+    def depth(self) -> int:
+        return self._map.depth
+
+    def begin(self) -> OccupancyMap:
+        with self._lock:
+            self._changing = True
+            return self._map
+
+    def publish(self, replacement: OccupancyMap | None = None) -> None:
+        """End a change; `replacement` takes the place of a map that was changed by something that did not last."""
+        with self._lock:
+            if replacement is not None:
+                self._map = replacement
+            self._changing = False
+            self._latest = self._map.snapshot() if self._asked else None
+            self.revision, self.nbytes = self._map.revision, self._map.nbytes
+            asked, self._asked, latest = self._asked, [], self._latest
+        for future in asked:
+            assert latest is not None
+            future.set_result(latest)
+
+    def unchanging(self) -> OccupancyMap:
+        """The map for checks that read only what never changes: resolution and depth."""
+        return self._map
+
+    def snapshot(self) -> MapSnapshot:
+        """The latest published state. May wait for a running change: not for the event loop's thread."""
+        latest = self._latest
+        if latest is not None:
+            return latest
+        with self._lock:
+            if self._latest is not None:
+                return self._latest
+            if self._failure is not None:
+                raise self._failure
+            if not self._changing:
+                self._latest = self._map.snapshot()
+                return self._latest
+            future: Future[MapSnapshot] = Future()
+            self._asked.append(future)
+        return future.result()
+
+    def fail(self, error: Exception) -> None:
+        """The change will never end; readers keep the last snapshot, if there is one."""
+        with self._lock:
+            self._failure = error
+            asked, self._asked = self._asked, []
+        for future in asked:
+            future.set_exception(error)

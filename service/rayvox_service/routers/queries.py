@@ -1,0 +1,77 @@
+"""Questions to a map: points, boxes, rays. A frame is answered by a frame, JSON by JSON."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Request
+from fastapi import Query as Parameter
+from fastapi.responses import Response
+
+from rayvox_service import frame
+from rayvox_service.frame import Bytes
+from rayvox_service.hosted_map import HostedMap
+from rayvox_service.queries import (
+    BoxesQuery,
+    PointsQuery,
+    Query,
+    RaysQuery,
+    answer_as_frame,
+    answer_as_json,
+    rows_of_frame,
+    rows_of_json,
+)
+from rayvox_service.request_body import JSON, check_fields, media_type, parse_json, read_body
+from rayvox_service.service import map_of, service_of
+from rayvox_service.settings import Settings
+
+router = APIRouter(tags=["queries"])
+
+MinRevision = Annotated[int | None, Parameter(ge=0, lt=1 << 62, description="wait until the map is that new")]
+Timeout = Annotated[float | None, Parameter(gt=0, allow_inf_nan=False, description="seconds to wait for it")]
+
+
+@router.post("/maps/{map_name}/points")
+async def points(request: Request, min_revision: MinRevision = None, timeout_s: Timeout = None) -> Response:
+    """States (0 unknown, 1 free, 2 occupied) and log-odds at points."""
+    return await _answer(request, PointsQuery, min_revision, timeout_s)
+
+
+@router.post("/maps/{map_name}/boxes")
+async def boxes(request: Request, min_revision: MinRevision = None, timeout_s: Timeout = None) -> Response:
+    """2 where anything in the box is occupied, else 0 where anything is unknown, else 1."""
+    return await _answer(request, BoxesQuery, min_revision, timeout_s)
+
+
+@router.post("/maps/{map_name}/rays")
+async def rays(request: Request, min_revision: MinRevision = None, timeout_s: Timeout = None) -> Response:
+    """What each ray meets first, and where."""
+    return await _answer(request, RaysQuery, min_revision, timeout_s)
+
+
+async def _answer(
+    request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None
+) -> Response:
+    service, hosted = service_of(request), map_of(request)
+    media = media_type(request, (JSON, frame.MEDIA_TYPE))
+    settings = service.settings
+    body = await read_body(request, settings.max_json_bytes if media == JSON else settings.max_body_bytes)
+    await service.await_revision(hosted, min_revision, timeout_s)
+    content = await service.query(lambda: _compute(hosted, query, media, body, settings))
+    return Response(content, media_type=media)
+
+
+def _compute(hosted: HostedMap, query: type[Query], media: str, body: Bytes, settings: Settings) -> bytes:
+    """Runs in a query thread: parsing large bodies must not hold up the event loop."""
+    if media == JSON:
+        asked = parse_json(body, query)
+        rows = rows_of_json(asked)
+    else:
+        decoded = frame.decode_frame(body, settings.frame_limits)
+        rows = rows_of_frame(decoded, query, settings.max_points)
+        asked = check_fields(decoded.fields, query)
+    snapshot = hosted.snapshot()
+    answer = asked.run(snapshot, rows)
+    if media == JSON:
+        return answer_as_json(answer, snapshot.revision)
+    return answer_as_frame(query.ANSWER, answer, snapshot.revision)

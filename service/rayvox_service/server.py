@@ -1,0 +1,68 @@
+"""Running the service: one process, one event loop, uvicorn in front."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import sys
+
+import uvicorn
+
+from rayvox_service.app import create_app
+from rayvox_service.settings import Settings
+
+# Threads of the interpreter hand over after this time at the latest. The default of 5 ms would show in every answer.
+SWITCH_INTERVAL_S = 0.0005
+GRACEFUL_SHUTDOWN_S = 10
+
+
+class _Server(uvicorn.Server):
+    """Says where it listens once it does."""
+
+    def __init__(self, config: uvicorn.Config, url: str) -> None:
+        super().__init__(config)
+        self._url = url
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            print(f"rayvox listens on {self._url}", flush=True)
+
+
+def serve(settings: Settings) -> None:
+    """Serve until SIGINT or SIGTERM, then finish what was taken. Prints the URL once it answers.
+
+    Raises OSError when the address cannot be bound, SystemExit when the data directory cannot be used.
+    """
+    listener = _listen(settings.host, settings.port)
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    config = uvicorn.Config(
+        create_app(settings),
+        loop="uvloop",
+        http="httptools",
+        ws="websockets-sansio",
+        ws_max_size=settings.max_body_bytes,
+        # Point clouds do not shrink under deflate, they only cost time.
+        ws_per_message_deflate=False,
+        access_log=False,
+        log_level=logging.WARNING,
+        timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
+    )
+    host, port = listener.getsockname()[:2]
+    server = _Server(config, f"http://{f'[{host}]' if ':' in host else host}:{port}")
+    server.run(sockets=[listener])
+    if not server.started:
+        raise SystemExit(3)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    listener = socket.socket(family, kind, protocol)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(address)
+        listener.listen(2048)
+    except OSError:
+        listener.close()
+        raise
+    return listener

@@ -1,0 +1,53 @@
+"""What every route needs: the settings, the maps, and the threads that queries run in."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeVar
+
+from starlette.requests import HTTPConnection
+
+from rayvox_service.hosted_map import HostedMap
+from rayvox_service.map_store import MapStore
+from rayvox_service.problems import Problem
+from rayvox_service.settings import Settings
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    settings: Settings
+    store: MapStore
+    query_pool: ThreadPoolExecutor
+
+    async def query(self, work: Callable[[], T]) -> T:
+        """Run reading work in the query threads: the event loop and the writers go on meanwhile."""
+        return await asyncio.get_running_loop().run_in_executor(self.query_pool, work)
+
+    async def await_revision(self, hosted: HostedMap, min_revision: int | None, timeout_s: float | None) -> None:
+        """Wait until a query would see `min_revision`. Raises Problem timeout."""
+        if min_revision is not None:
+            reached = hosted.writer.revision.reached(min_revision)
+            await self.wait(reached, timeout_s, f"revision {min_revision} was not reached")
+
+    async def wait(self, future: Future[T], timeout_s: float | None, what: str) -> T:
+        limit_s = min(timeout_s or self.settings.wait_s, self.settings.wait_s)
+        try:
+            return await asyncio.wait_for(asyncio.wrap_future(future), limit_s)
+        except TimeoutError:
+            raise Problem("timeout", f"{what} within {limit_s:g} s") from None
+
+
+def service_of(connection: HTTPConnection) -> Service:
+    service = connection.app.state.service
+    assert isinstance(service, Service)
+    return service
+
+
+def map_of(connection: HTTPConnection) -> HostedMap:
+    """The map that the address names. Raises Problem."""
+    return service_of(connection).store.get(connection.path_params["map_name"])

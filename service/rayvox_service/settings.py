@@ -1,0 +1,61 @@
+"""What the service can be told, from keyword arguments or RAYVOX_* environment variables."""
+
+from __future__ import annotations
+
+import ipaddress
+from pathlib import Path
+
+from pydantic import Field, SecretStr, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from rayvox_service.frame import FrameLimits
+
+MIB = 1 << 20
+
+
+class Settings(BaseSettings):
+    """Settings of one service process. Sizes are bytes. Raises pydantic.ValidationError for what cannot work."""
+
+    model_config = SettingsConfigDict(env_prefix="RAYVOX_", frozen=True)
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8080, ge=0, le=65535, description="0 takes any free port")
+    data_dir: Path = Path("rayvox-data")
+    api_key: SecretStr | None = Field(default=None, description="needed by every request, and for any address but loopback")
+
+    max_body_bytes: int = Field(default=64 * MIB, gt=0)
+    max_expanded_bytes: int = Field(default=128 * MIB, gt=0, description="a frame's payloads once decompressed")
+    max_points: int = Field(default=2_000_000, gt=0, description="points of a scan, or items of a query")
+    max_json_bytes: int = Field(default=1 * MIB, gt=0, description="JSON is for small queries; large ones are frames")
+
+    queue_bytes: int = Field(default=256 * MIB, gt=0, description="scans of one map that wait to be applied")
+    max_in_flight: int = Field(default=8, gt=0, le=1024, description="unacknowledged scans per stream")
+    snapshot_every_bytes: int = Field(default=256 * MIB, gt=0, description="journal written between two snapshots")
+    fsync: bool = Field(default=True, description="false gives up durability on power loss, not on a crash of the process")
+
+    wait_s: float = Field(default=30.0, gt=0, description="longest wait for a scan to be applied or a revision to come")
+    body_timeout_s: float = Field(default=300.0, gt=0, description="longest time that one request body may take")
+    query_threads: int = Field(default=4, gt=0, le=256)
+
+    @model_validator(mode="after")
+    def _refuse_an_open_door(self) -> Settings:
+        if self.api_key is not None and not self.api_key.get_secret_value():
+            raise ValueError("api_key is empty: leave it out or give a real one")
+        if self.api_key is None and not _is_loopback(self.host):
+            raise ValueError(
+                f"host {self.host} can be reached from other machines: set an API key (RAYVOX_API_KEY) or use 127.0.0.1"
+            )
+        return self
+
+    @property
+    def frame_limits(self) -> FrameLimits:
+        return FrameLimits(self.max_body_bytes, self.max_expanded_bytes)
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -25,6 +25,10 @@ class Recording:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Finish the pose file."""
         self._poses.close()
 
     def write(self, points: ArrayLike, T_map_sensor: NDArray[np.float64], stamp_s: float) -> None:

@@ -1,0 +1,1 @@
+"""The command line: `rayvox serve | upload | export | info | demo`."""

@@ -1,0 +1,82 @@
+#include <nanobind/stl/optional.h>
+
+#include <optional>
+
+#include "arrays.hpp"
+#include "rayvox/occupancy_map.hpp"
+
+namespace rayvox::bindings {
+namespace {
+
+using Release = nb::gil_scoped_release;
+
+Vec3d vec3(const nb::tuple& t) {
+  return {nb::cast<double>(t[0]), nb::cast<double>(t[1]), nb::cast<double>(t[2])};
+}
+
+template <class Points>
+ScanRays prepare(const OccupancyMap& map, const Points& points, const std::optional<Matrix4>& T_map_sensor,
+                 const nb::tuple& origin, double max_range_m, const std::optional<Points64>& no_return, bool discretize) {
+  Scan scan{.points_sensor = view(points),
+            .no_return_sensor = no_return ? view(*no_return) : PointsView{},
+            .T_map_sensor = T_map_sensor ? RigidTransform::from_matrix(T_map_sensor->data()) : RigidTransform(),
+            .origin_sensor_m = vec3(origin),
+            .max_range_m = max_range_m,
+            .discretize = discretize};
+  Release release;
+  return prepare_scan(scan, map.geometry());
+}
+
+nb::tuple insert(OccupancyMap& map, const ScanRays& rays) {
+  OccupancyMap::Insertion insertion;
+  {
+    Release release;
+    insertion = map.insert(rays);
+  }
+  return nb::make_tuple(insertion.revision, insertion.statistics);
+}
+
+}  // namespace
+
+void bind_map(nb::module_& m) {
+  nb::class_<ScanStatistics>(m, "ScanStatistics")
+      .def_ro("ray_count", &ScanStatistics::ray_count)
+      .def_ro("voxel_steps", &ScanStatistics::voxel_steps)
+      .def_ro("tile_count", &ScanStatistics::tile_count)
+      .def_ro("brick_count", &ScanStatistics::brick_count)
+      .def_ro("voxels_changed", &ScanStatistics::voxels_changed)
+      .def_ro("cut_s", &ScanStatistics::cut_s)
+      .def_ro("shoot_s", &ScanStatistics::shoot_s)
+      .def_ro("update_s", &ScanStatistics::update_s)
+      .def_ro("total_s", &ScanStatistics::total_s);
+
+  nb::class_<ScanRays>(m, "PreparedScan")
+      .def_prop_ro("ray_count", &ScanRays::count)
+      .def_prop_ro("nbytes", &ScanRays::bytes);
+
+  nb::class_<OccupancyMap>(m, "OccupancyMap")
+      .def("__init__",
+           [](OccupancyMap* self, double resolution_m, int depth, const SensorModel& model) {
+             new (self) OccupancyMap(MapGeometry(resolution_m, depth), model);
+           },
+           nb::arg("resolution_m"), nb::arg("depth"), nb::arg("sensor_model"))
+      .def(nb::init<MapSnapshot>(), nb::arg("snapshot"))
+      .def_prop_ro("revision", &OccupancyMap::revision, nb::call_guard<Release>())
+      .def_prop_ro("workspace_bytes", &OccupancyMap::workspace_bytes, nb::call_guard<Release>())
+      .def("snapshot", &OccupancyMap::snapshot, nb::call_guard<Release>())
+      .def("prepare", &prepare<Points32>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),
+           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"))
+      .def("prepare", &prepare<Points64>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),
+           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"))
+      .def("insert", &insert, nb::arg("scan"))
+      .def(
+          "clear_box",
+          [](OccupancyMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {
+            const Vec3d low = vec3(low_m), high = vec3(high_m);
+            Release release;
+            return map.clear_box(low, high);
+          },
+          nb::arg("low_m"), nb::arg("high_m"));
+}
+
+}  // namespace rayvox::bindings

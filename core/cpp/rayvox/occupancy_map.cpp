@@ -1,0 +1,37 @@
+#include "rayvox/occupancy_map.hpp"
+
+#include "rayvox/octree/clear_box.hpp"
+
+namespace rayvox {
+
+MapSnapshot OccupancyMap::snapshot() const {
+  std::lock_guard lock(mutex_);
+  return map_;
+}
+
+std::uint64_t OccupancyMap::revision() const {
+  std::lock_guard lock(mutex_);
+  return map_.revision;
+}
+
+std::size_t OccupancyMap::workspace_bytes() const {
+  std::lock_guard lock(mutex_);
+  return workspace_.bytes();
+}
+
+OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays) {
+  std::lock_guard lock(mutex_);
+  ++map_.revision;
+  const ScanStatistics statistics = insert_rays(map_, rays, workspace_);
+  return {map_.revision, statistics};
+}
+
+std::uint64_t OccupancyMap::clear_box(const Vec3d& low_m, const Vec3d& high_m) {
+  const CellBox box = cells_touching(map_.geometry, low_m, high_m, "clear_box");
+  std::lock_guard lock(mutex_);
+  ++map_.revision;
+  clear_cells(map_, box);
+  return map_.revision;
+}
+
+}  // namespace rayvox

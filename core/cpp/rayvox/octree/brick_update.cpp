@@ -1,0 +1,114 @@
+#include "rayvox/octree/brick_update.hpp"
+
+#include <algorithm>
+
+#include "rayvox/octree/brick.hpp"
+
+namespace rayvox {
+namespace {
+
+constexpr std::uint64_t all_cells = ~std::uint64_t{0};
+
+struct UpdatedOctant {
+  alignas(64) float log_odds[cells_per_octant];
+  OctantOutput result;
+  std::uint64_t known;
+
+  bool uniform() const { return known == all_cells && result.min == result.max; }
+};
+
+// What the slot holds in one octant before the update.
+struct OctantView {
+  const float* cells = nullptr;  // null: no cell is stored
+  std::uint64_t known = 0;
+  float uniform_log_odds = 0;
+
+  OctantView(const Child& slot, int octant) {
+    if (slot.is_leaf()) {
+      known = all_cells;
+      uniform_log_odds = slot.leaf_log_odds();
+    } else if (!slot.is_unknown()) {
+      const Brick& brick = *slot.brick();
+      known = brick.known[octant];
+      if (brick.is_dense(octant)) cells = brick.cells(octant);
+      if (known) uniform_log_odds = brick.octant_max[octant];
+    }
+  }
+  // A uniform octant at the bound that all its marks push towards.
+  bool saturated(std::uint64_t free, std::uint64_t occupied, const UpdateModel& model) const {
+    if (cells || !known) return false;
+    return (!free || uniform_log_odds <= model.clamp_min) && (!occupied || uniform_log_odds >= model.clamp_max);
+  }
+};
+
+bool update_octant(const OctantView& before, std::uint64_t free, std::uint64_t occupied, const UpdateModel& model,
+                   const Kernels& kernels, UpdatedOctant& after) {
+  alignas(64) float filled[cells_per_octant];
+  const float* cells = before.cells;
+  if (!cells) {
+    std::fill_n(filled, cells_per_octant, before.known ? before.uniform_log_odds : 0.0f);
+    cells = filled;
+  }
+  after.known = before.known | free | occupied;
+  after.result = kernels.update_octant({cells, before.known, free, occupied}, model, after.log_odds);
+  return after.result.changed != 0;
+}
+
+// A brick of its own with the slot's other octants, and room for the updated ones.
+Child clone_without(std::uint8_t updated_mask, const Child& slot, std::uint8_t dense_mask) {
+  Brick* brick = Brick::create(dense_mask);
+  for (int i = 0; i < 8; ++i) {
+    if (updated_mask >> i & 1) continue;
+    const OctantView before(slot, i);
+    brick->known[i] = before.known;
+    if (!before.known) continue;
+    brick->octant_max[i] = before.uniform_log_odds;
+    brick->octant_min[i] = before.cells ? slot.brick()->octant_min[i] : before.uniform_log_odds;
+    if (before.cells) std::copy_n(before.cells, cells_per_octant, brick->cells(i));
+  }
+  return Child::adopt(brick);
+}
+
+bool all_uniform_and_equal(const Brick& brick) {
+  if (brick.dense_mask) return false;
+  for (int i = 0; i < 8; ++i) {
+    if (brick.known[i] != all_cells || brick.octant_max[i] != brick.octant_max[0]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+int update_brick(Child& slot, const BrickMarks& marks, const UpdateModel& model, const Kernels& kernels) {
+  UpdatedOctant updated[8];
+  std::uint8_t updated_mask = 0;
+  std::uint8_t dense_mask = slot.kind() == Child::Kind::brick ? slot.brick()->dense_mask : 0;
+  int changed = 0;
+  for (int i = 0; i < 8; ++i) {
+    const std::uint64_t free = marks.free[i], occupied = marks.occupied[i];
+    const OctantView before(slot, i);
+    if (!(free | occupied) || before.saturated(free, occupied, model)) continue;
+    if (!update_octant(before, free, occupied, model, kernels, updated[i])) continue;
+    const auto bit = static_cast<std::uint8_t>(1u << i);
+    updated_mask |= bit;
+    dense_mask = static_cast<std::uint8_t>(updated[i].uniform() ? dense_mask & ~bit : dense_mask | bit);
+    changed += __builtin_popcountll(updated[i].result.changed);
+  }
+  if (!changed) return 0;
+
+  const bool in_place = slot.kind() == Child::Kind::brick && slot.brick()->dense_mask == dense_mask &&
+                        slot.brick()->references.load(std::memory_order_acquire) == 1;
+  if (!in_place) slot = clone_without(updated_mask, slot, dense_mask);
+  Brick& brick = *slot.brick();
+  for (int i = 0; i < 8; ++i) {
+    if (!(updated_mask >> i & 1)) continue;
+    brick.known[i] = updated[i].known;
+    brick.octant_max[i] = updated[i].result.max;
+    brick.octant_min[i] = updated[i].result.min;
+    if (brick.is_dense(i)) std::copy_n(updated[i].log_odds, cells_per_octant, brick.cells(i));
+  }
+  if (all_uniform_and_equal(brick)) slot = Child::leaf(brick.octant_max[0]);
+  return changed;
+}
+
+}  // namespace rayvox

@@ -1,0 +1,101 @@
+#include "rayvox/ray_shooting/crossing_order.hpp"
+
+#include <cmath>
+
+namespace rayvox {
+namespace {
+
+// An unevaluated exact sum of float64 terms; `add` is Shewchuk's grow-expansion, so terms stay non-overlapping and
+// ordered by magnitude and the last non-zero term carries the sign.
+class Expansion {
+ public:
+  void add(double b) {
+    double q = b;
+    for (int i = 0; i < size_; ++i) {
+      const double sum = q + terms_[i];
+      const double virtual_b = sum - q;
+      terms_[i] = (q - (sum - virtual_b)) + (terms_[i] - virtual_b);
+      q = sum;
+    }
+    terms_[size_++] = q;
+  }
+  void add_product(double a, double b) {
+    const double product = a * b;
+    add(std::fma(a, b, -product));
+    add(product);
+  }
+  int sign() const {
+    for (int i = size_ - 1; i >= 0; --i) {
+      if (terms_[i] != 0) return terms_[i] > 0 ? 1 : -1;
+    }
+    return 0;
+  }
+
+ private:
+  double terms_[16];
+  int size_ = 0;
+};
+
+// a - b as an unevaluated sum high + low.
+struct Difference {
+  double high, low;
+  Difference(double a, double b) {
+    high = a - b;
+    const double virtual_b = a - high;
+    const double virtual_a = high + virtual_b;
+    low = (a - virtual_a) + (virtual_b - b);
+  }
+};
+
+void add_product(Expansion& sum, const Difference& a, const Difference& b, double sign) {
+  sum.add_product(sign * a.low, b.low);
+  sum.add_product(sign * a.low, b.high);
+  sum.add_product(sign * a.high, b.low);
+  sum.add_product(sign * a.high, b.high);
+}
+
+// The sign of t_a - t_b, where t_i = (border_i - origin_i) / (end_i - origin_i). Multiplied by both (same-signed)
+// denominators' magnitudes it is a difference of two products.
+int compare_parameters(const Ray& ray, const Crossing& a, const Crossing& b) {
+  const double oa = ray.origin[a.axis], ob = ray.origin[b.axis], ea = ray.end[a.axis], eb = ray.end[b.axis];
+  const double left = std::abs(a.border - oa) * std::abs(eb - ob);
+  const double right = std::abs(b.border - ob) * std::abs(ea - oa);
+  // Three roundings of at most 2^-53 on either side.
+  if (std::abs(left - right) > 0x1p-50 * (left > right ? left : right)) return left < right ? -1 : 1;
+
+  Expansion difference;
+  const double sign = (ea > oa) == (eb > ob) ? 1 : -1;
+  add_product(difference, Difference(a.border, oa), Difference(eb, ob), 1);
+  add_product(difference, Difference(b.border, ob), Difference(ea, oa), -1);
+  // (a.border - oa)(eb - ob) has the sign of (ea - oa)(eb - ob).
+  return static_cast<int>(sign) * difference.sign();
+}
+
+}  // namespace
+
+int compare_crossings(const Ray& ray, const Crossing& a, const Crossing& b) {
+  if (const int order = compare_parameters(ray, a, b); order != 0) return order;
+  const int a_downwards = ray.end[a.axis] < ray.origin[a.axis];
+  const int b_downwards = ray.end[b.axis] < ray.origin[b.axis];
+  return a_downwards - b_downwards;
+}
+
+std::uint8_t first_axes_to_leave(const Ray& ray, const Cell& cell, std::uint8_t candidates) {
+  const auto crossing = [&](int axis) {
+    return Crossing{axis, static_cast<double>(cell[axis]) + (ray.end[axis] > ray.origin[axis] ? 1 : 0)};
+  };
+  int first = -1;
+  std::uint8_t together = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(candidates >> axis & 1)) continue;
+    const int order = first < 0 ? -1 : compare_crossings(ray, crossing(axis), crossing(first));
+    if (order < 0) {
+      first = axis;
+      together = 0;
+    }
+    if (order <= 0) together |= static_cast<std::uint8_t>(1u << axis);
+  }
+  return together;
+}
+
+}  // namespace rayvox

@@ -1,0 +1,73 @@
+#include "rayvox/ray_shooting/ray_walker.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "rayvox/octree/map_geometry.hpp"
+#include "rayvox/ray_shooting/crossing_order.hpp"
+
+namespace rayvox {
+
+RayWalker::RayWalker(const Ray& ray)
+    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {
+  for (int axis = 0; axis < 3; ++axis) inverse_direction_[axis] = 1.0 / (ray.end[axis] - ray.origin[axis]);
+}
+
+void RayWalker::leave_block(int level) {
+  double t[3], border[3];
+  double t_first = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    t[axis] = std::numeric_limits<double>::infinity();
+    if (cell_[axis] == end_cell_[axis]) continue;
+    const std::int32_t block = cell_[axis] >> level;
+    border[axis] = static_cast<double>(end_cell_[axis] > cell_[axis] ? (block + 1) << level : block << level);
+    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_direction_[axis];
+    t_first = std::min(t_first, t[axis]);
+  }
+  // Each t carries at most four roundings of 2^-53; closer pairs are compared exactly.
+  int first = -1;
+  std::uint8_t together = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(t[axis] <= t_first + 0x1p-49 * t_first)) continue;
+    const int order =
+        first < 0 ? -1 : compare_crossings(ray_, Crossing{axis, border[axis]}, Crossing{first, border[first]});
+    if (order < 0) {
+      first = axis;
+      together = 0;
+    }
+    if (order <= 0) together |= static_cast<std::uint8_t>(1u << axis);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (together >> axis & 1) {
+      cell_[axis] = cell_after_crossing(axis, static_cast<std::int32_t>(border[axis]));
+    } else if (level > 0 && cell_[axis] != end_cell_[axis]) {
+      cell_[axis] = cell_at_crossing(axis, t_first, first, border[first]);
+    }
+  }
+  t_ = t_first;
+}
+
+// The cell along `axis` at the moment the ray crosses another axis's border.
+std::int32_t RayWalker::cell_at_crossing(int axis, double t, int crossed_axis, double crossed_border) const {
+  const double position = ray_.origin[axis] + (ray_.end[axis] - ray_.origin[axis]) * t;
+  const double nearest = std::nearbyint(position);
+  std::int32_t cell;
+  // Coordinates stay below 2^21, so the position is off by less than 2^-28.
+  if (std::abs(position - nearest) > 0x1p-24) {
+    cell = static_cast<std::int32_t>(std::floor(position));
+  } else {
+    const bool upwards = ray_.end[axis] > ray_.origin[axis];
+    const auto border = static_cast<std::int32_t>(nearest);
+    // A border behind the current cell has been crossed, one behind the end's cell never is.
+    const bool behind = upwards ? border <= cell_[axis] : border > cell_[axis];
+    const bool beyond = upwards ? border > end_cell_[axis] : border <= end_cell_[axis];
+    const bool crossed =
+        behind ||
+        (!beyond && compare_crossings(ray_, Crossing{axis, nearest}, Crossing{crossed_axis, crossed_border}) <= 0);
+    cell = upwards == crossed ? border : border - 1;
+  }
+  const auto [low, high] = std::minmax(cell_[axis], end_cell_[axis]);
+  return std::clamp(cell, low, high);
+}
+
+}  // namespace rayvox

@@ -1,0 +1,52 @@
+#pragma once
+// Rays cut at tile borders and binned by tile, so that each tile is walked and updated by one thread, in its cache, with no lock.
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "rayvox/octree/map_geometry.hpp"
+#include "rayvox/ray_shooting/scan_rays.hpp"
+#include "rayvox/ray_shooting/segment.hpp"
+
+namespace rayvox {
+
+/// What one worker found for one tile.
+struct TileBin {
+  std::uint64_t tile = 0;  // Morton code of the tile's lowest cell, shifted right by 3 * tile_level
+  std::vector<Segment> segments;
+  std::vector<std::uint32_t> ends;  // Morton codes, within the tile, of cells that hold an end point
+  std::uint64_t crossings = 0;
+};
+
+/// One worker's bins.
+class TileBins {
+ public:
+  void clear();
+  /// Cuts rays [first, last) exactly at tile borders.
+  void add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
+  const std::vector<TileBin>& bins() const { return bins_; }
+
+ private:
+  TileBin& bin_of(std::uint64_t tile);
+
+  std::vector<TileBin> bins_;
+  std::unordered_map<std::uint64_t, std::uint32_t> index_;
+  // Neighbouring rays cross the same few tiles: a direct-mapped cache in front of the hash table.
+  struct Recent {
+    std::uint64_t tile = ~std::uint64_t{0};
+    std::uint32_t index = 0;
+  };
+  Recent recent_[256];
+};
+
+/// A tile's bins of all workers.
+struct TileWork {
+  std::uint64_t tile = 0;
+  std::vector<const TileBin*> bins;
+  std::uint64_t crossings = 0;
+};
+
+/// All workers' bins by tile, in Morton order.
+std::vector<TileWork> gather_tiles(const std::vector<TileBins>& workers);
+
+}  // namespace rayvox

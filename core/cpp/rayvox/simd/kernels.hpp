@@ -1,0 +1,63 @@
+#pragma once
+// The kernels that exist once per instruction set, chosen at run time. The same sources (ray_shooting/dda_walk.inc.hpp,
+// octree/octant_update.inc.hpp) are compiled for each set in a namespace of its own, with that set's flags. Those
+// translation units may call nothing inline that the rest of the program shares, or the linker could pick their copy of it
+// for machines without the instructions.
+#include <cstddef>
+#include <cstdint>
+
+#include "rayvox/ray_shooting/segment.hpp"
+
+namespace rayvox {
+
+constexpr int tile_address_bits = 18;
+constexpr std::size_t tile_cells = std::size_t{1} << tile_address_bits;
+constexpr std::size_t bricks_per_tile = tile_cells / 512;
+
+/// Byte marks of one tile's cells (Morton order) and which of its bricks hold any. All zero between uses.
+struct alignas(64) TileMarks {
+  enum : std::uint8_t { none = 0, free = 1, occupied = 2 };
+  std::uint8_t cell[tile_cells + 64];  // the last 64 take the stores of idle lanes
+  std::uint8_t brick[bricks_per_tile];
+};
+
+/// The rays (structure of arrays, voxel units) and the segments of them that lie in one tile.
+struct TileSegments {
+  double origin[3];
+  const double* end[3];
+  std::int32_t tile_cell[3];  // lowest cell of the tile
+  const Segment* segments;
+  std::size_t count;
+};
+
+/// One scan's update of one octant (64 cells).
+struct OctantInput {
+  const float* log_odds;  // 64 values, 0 where unknown
+  std::uint64_t known, free, occupied;
+};
+struct OctantOutput {
+  std::uint64_t changed;  // cells whose log-odds changed or that became known
+  float min, max;         // over the cells known afterwards
+};
+struct UpdateModel {
+  float hit, miss, clamp_min, clamp_max;  // log-odds
+};
+
+struct Kernels {
+  const char* instruction_set;
+  /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
+  void (*walk_segments)(const TileSegments&, TileMarks&);
+  /// Turns the 512 marks of a brick into bit masks and zeroes them.
+  void (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
+  /// OctoMap's update of the marked cells, into `out` (64 values).
+  OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
+};
+
+/// The best kernels this processor runs. The environment variable RAYVOX_SIMD (avx512, avx2, portable) forces a set; throws
+/// InvalidInput if it is unknown or the processor lacks it.
+const Kernels& kernels();
+
+/// The kernels of one instruction set, null if this processor or build has none.
+const Kernels* kernels_for(const char* instruction_set);
+
+}  // namespace rayvox

@@ -1,0 +1,71 @@
+#pragma once
+// Eight lanes of AVX2. A mask is a vector of all-ones or all-zeros lanes.
+#include <immintrin.h>
+
+#include <cstdint>
+
+struct Lanes {
+  static constexpr int width = 8;
+  using Float = __m256;
+  using Uint = __m256i;
+  using Mask = __m256;
+
+  static Float load(const float* p) { return _mm256_loadu_ps(p); }
+  static Uint load(const std::uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
+  static void store(float* p, Float v) { _mm256_storeu_ps(p, v); }
+  static void store(std::uint32_t* p, Uint v) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v); }
+  static Float broadcast(float v) { return _mm256_set1_ps(v); }
+  static Uint broadcast(std::uint32_t v) { return _mm256_set1_epi32(static_cast<int>(v)); }
+
+  static Float add(Float a, Float b) { return _mm256_add_ps(a, b); }
+  static Float multiply_add(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
+  static Float min(Float a, Float b) { return _mm256_min_ps(a, b); }
+  static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
+  static float reduce_min(Float a) {
+    const __m128 half = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+    const __m128 pair = _mm_min_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_min_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+  }
+  static float reduce_max(Float a) {
+    const __m128 half = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+    const __m128 pair = _mm_max_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_max_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+  }
+  static Mask less_equal(Float a, Float b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+  static Mask equal(Float a, Float b) { return _mm256_cmp_ps(a, b, _CMP_EQ_OQ); }
+
+  static Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
+  static Mask either(Mask a, Mask b) { return _mm256_or_ps(a, b); }
+  static Mask invert(Mask a) { return _mm256_xor_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32(-1))); }
+  static bool any(Mask a) { return _mm256_movemask_ps(a) != 0; }
+  static unsigned bits(Mask a) { return static_cast<unsigned>(_mm256_movemask_ps(a)); }
+  static Mask from_bits(unsigned bits) {
+    const __m256i lane_bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    const __m256i set = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(bits)), lane_bit);
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane_bit));
+  }
+  static Float select(Mask m, Float a, Float b) { return _mm256_blendv_ps(b, a, m); }
+  static Uint select(Mask m, Uint a, Uint b) { return _mm256_blendv_epi8(b, a, _mm256_castps_si256(m)); }
+
+  static Mask nonzero(Uint a) { return invert(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_setzero_si256()))); }
+  static Mask differ(Uint a, Uint b) { return invert(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b))); }
+  static Uint subtract(Uint a, Uint b) { return _mm256_sub_epi32(a, b); }
+  static Uint decrement_where(Uint a, Mask m) { return _mm256_add_epi32(a, _mm256_castps_si256(m)); }
+  static Float increment_where(Float a, Mask m) { return _mm256_add_ps(a, _mm256_and_ps(m, _mm256_set1_ps(1.0f))); }
+  static Uint combine(Uint a, Uint b, Uint c) { return _mm256_or_si256(a, _mm256_or_si256(b, c)); }
+  static Uint brick_of(Uint cell) { return _mm256_srli_epi32(cell, 9); }
+  static Uint dilated_step(Uint p, Uint decrement, Uint mask, Mask m) {
+    return select(m, _mm256_and_si256(_mm256_sub_epi32(p, decrement), mask), p);
+  }
+
+  static void mark(std::uint8_t* bytes, Uint index) {
+    alignas(32) std::uint32_t at[width];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
+    for (int lane = 0; lane < width; ++lane) bytes[at[lane]] = 1;
+  }
+  static void mark_where(std::uint8_t* bytes, Uint index, Mask m) {
+    alignas(32) std::uint32_t at[width];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
+    for (unsigned set = bits(m); set; set &= set - 1) bytes[at[__builtin_ctz(set)]] = 1;
+  }
+};

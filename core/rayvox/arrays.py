@@ -1,0 +1,56 @@
+"""Array arguments brought into the kernel's form, with errors that name what was wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rayvox.errors import InvalidInputError
+
+FloatArray = npt.NDArray[np.float32] | npt.NDArray[np.float64]
+
+
+def as_points(points: npt.ArrayLike, name: str) -> FloatArray:
+    """(n, 3) C-contiguous float32 (kept) or float64 (everything else). Raises InvalidInputError for other shapes."""
+    array = _as_float_array(points, name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidInputError(f"{name} must have shape (n, 3), got {array.shape}")
+    return np.ascontiguousarray(array)
+
+
+def as_points_f64(points: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """As as_points, always float64; a single (3,) becomes (1, 3)."""
+    return as_points(np.atleast_2d(_as_float_array(points, name)), name).astype(np.float64, copy=False)
+
+
+def as_pose(matrix: npt.ArrayLike | None, name: str) -> npt.NDArray[np.float64] | None:
+    """(4, 4) C-contiguous float64, or None. Whether it is rigid is checked by the kernel."""
+    if matrix is None:
+        return None
+    array = np.ascontiguousarray(_as_float_array(matrix, name), dtype=np.float64)
+    if array.shape != (4, 4):
+        raise InvalidInputError(f"{name} must have shape (4, 4), got {array.shape}")
+    return array
+
+
+def as_vector(vector: Sequence[float] | npt.NDArray[Any], name: str) -> tuple[float, float, float]:
+    """Three finite numbers."""
+    array = _as_float_array(vector, name)
+    if array.shape != (3,):
+        raise InvalidInputError(f"{name} must be three numbers, got shape {array.shape}")
+    return float(array[0]), float(array[1]), float(array[2])
+
+
+def _as_float_array(value: npt.ArrayLike, name: str) -> FloatArray:
+    try:
+        array = np.asarray(value)
+        if array.dtype == np.float32:
+            return array
+        if array.dtype.kind not in "fiu":
+            raise TypeError(f"dtype {array.dtype}")
+        return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be an array of numbers: {error}") from None

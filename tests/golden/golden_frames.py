@@ -1,0 +1,127 @@
+"""Frames written out from docs/frame.md by hand, with no codec: they bind the service's and the client's.
+
+`python tests/golden/golden_frames.py` writes the .bin files next to this one.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class GoldenFrame:
+    """`payloads` are (offset, bytes); header offsets in `header` were counted by hand."""
+
+    header: str
+    payloads: tuple[tuple[int, bytes], ...]
+
+    def to_bytes(self) -> bytes:
+        body = bytearray(self.header.encode())
+        for offset, payload in self.payloads:
+            body += bytes(offset - 24 - len(body)) + payload
+        if not self.payloads:
+            body += bytes(-(24 + len(body)) % 64)
+        prefix = b"RVX1" + struct.pack("<IQ", len(self.header.encode()), 24 + len(body))
+        return prefix + struct.pack("<II", slow_crc32c(bytes(body)), 0) + bytes(body)
+
+
+def slow_crc32c(data: bytes) -> int:
+    """Castagnoli's polynomial, bit by bit, reflected."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF
+
+
+SCAN_ID = "00112233-4455-6677-8899-aabbccddeeff"
+POSE = "[1.0,0.0,0.0,0.5,0.0,1.0,0.0,-1.25,0.0,0.0,1.0,2.0,0.0,0.0,0.0,1.0]"
+NAN = float("nan")
+
+FRAMES = {
+    "scan": GoldenFrame(
+        '{"kind":"scan","scan_id":"' + SCAN_ID + '","T_map_sensor":' + POSE + ","
+        '"origin":[0.0,0.0,0.25],"max_range_m":30.0,"discretize":false,"stamp_s":12.5,"payloads":['
+        '{"name":"points","dtype":"<f4","shape":[3,3],"offset":448,"nbytes":36,"encoding":"raw"},'
+        '{"name":"no_return","dtype":"<f8","shape":[1,3],"offset":512,"nbytes":24,"encoding":"raw"}]}',
+        (
+            (448, struct.pack("<9f", 1.0, 2.0, 3.0, -1.5, 0.25, 4.0, 7.0, -8.0, 0.125)),
+            (512, struct.pack("<3d", 0.0, 20.0, 0.0)),
+        ),
+    ),
+    "scan_millimetres": GoldenFrame(
+        '{"kind":"scan","scan_id":"' + SCAN_ID + '","T_map_sensor":' + POSE + ',"scale_m":0.001,"payloads":['
+        '{"name":"points","dtype":"<i2","shape":[2,3],"offset":320,"nbytes":12,"encoding":"raw"}]}',
+        ((320, struct.pack("<6h", 1000, -2000, 3000, -32768, 32767, 1)),),
+    ),
+    "scan_depth": GoldenFrame(
+        '{"kind":"scan","scan_id":"' + SCAN_ID + '","T_map_sensor":' + POSE + ","
+        '"intrinsics":{"fx":500.0,"fy":510.0,"cx":1.0,"cy":0.5,"depth_scale_m":0.001},"payloads":['
+        '{"name":"depth","dtype":"<u2","shape":[2,3],"offset":384,"nbytes":12,"encoding":"raw"}]}',
+        ((384, struct.pack("<6H", 0, 1000, 2000, 65535, 1, 500)),),
+    ),
+    "clear_box": GoldenFrame('{"kind":"clear_box","lo":[-1.0,-2.0,0.0],"hi":[1.0,2.5,3.0],"payloads":[]}', ()),
+    "points": GoldenFrame(
+        '{"kind":"points","depth":14,"payloads":['
+        '{"name":"points","dtype":"<f8","shape":[2,3],"offset":192,"nbytes":48,"encoding":"raw"}]}',
+        ((192, struct.pack("<6d", 1.0, 2.0, 3.0, 1e6, -1e6, 0.5)),),
+    ),
+    "occupancy": GoldenFrame(
+        '{"kind":"occupancy","revision":7,"payloads":['
+        '{"name":"states","dtype":"|u1","shape":[3],"offset":256,"nbytes":3,"encoding":"raw"},'
+        '{"name":"log_odds","dtype":"<f4","shape":[3],"offset":320,"nbytes":12,"encoding":"raw"}]}',
+        ((256, bytes([0, 1, 2])), (320, struct.pack("<3f", NAN, -0.40625, 3.5))),
+    ),
+    "boxes": GoldenFrame(
+        '{"kind":"boxes","payloads":['
+        '{"name":"lo","dtype":"<f8","shape":[1,3],"offset":256,"nbytes":24,"encoding":"raw"},'
+        '{"name":"hi","dtype":"<f8","shape":[1,3],"offset":320,"nbytes":24,"encoding":"raw"}]}',
+        ((256, struct.pack("<3d", -1.0, -1.0, 0.0)), (320, struct.pack("<3d", 1.0, 1.0, 2.0))),
+    ),
+    "rays": GoldenFrame(
+        '{"kind":"rays","max_range_m":12.5,"unknown":"occupied","payloads":['
+        '{"name":"origins","dtype":"<f4","shape":[1,3],"offset":320,"nbytes":12,"encoding":"raw"},'
+        '{"name":"directions","dtype":"<f4","shape":[1,3],"offset":384,"nbytes":12,"encoding":"raw"}]}',
+        ((320, struct.pack("<3f", 0.0, 0.0, 1.0)), (384, struct.pack("<3f", 1.0, 0.0, 0.0))),
+    ),
+    "hits": GoldenFrame(
+        '{"kind":"hits","revision":9,"payloads":['
+        '{"name":"hit","dtype":"|u1","shape":[2],"offset":320,"nbytes":2,"encoding":"raw"},'
+        '{"name":"t_m","dtype":"<f8","shape":[2],"offset":384,"nbytes":16,"encoding":"raw"},'
+        '{"name":"voxel","dtype":"<i8","shape":[2,3],"offset":448,"nbytes":48,"encoding":"raw"}]}',
+        (
+            (320, bytes([1, 0])),
+            (384, struct.pack("<2d", 4.25, NAN)),
+            (448, struct.pack("<6q", 10, -20, 30, 0, 0, 0)),
+        ),
+    ),
+    "changes": GoldenFrame(
+        '{"kind":"changes","since":3,"revision":5,"full":false,"resolution_m":0.05,"depth":16,"payloads":['
+        '{"name":"region_keys","dtype":"<i4","shape":[1,3],"offset":576,"nbytes":12,"encoding":"raw"},'
+        '{"name":"region_depth","dtype":"|u1","shape":[1],"offset":640,"nbytes":1,"encoding":"raw"},'
+        '{"name":"keys","dtype":"<i4","shape":[2,3],"offset":704,"nbytes":24,"encoding":"raw"},'
+        '{"name":"leaf_depth","dtype":"|u1","shape":[2],"offset":768,"nbytes":2,"encoding":"raw"},'
+        '{"name":"log_odds","dtype":"<f4","shape":[2],"offset":832,"nbytes":8,"encoding":"raw"}]}',
+        (
+            (576, struct.pack("<3i", 8, -16, 0)),
+            (640, bytes([13])),
+            (704, struct.pack("<6i", 8, -16, 0, 9, -16, 0)),
+            (768, bytes([16, 15])),
+            (832, struct.pack("<2f", 0.84375, -0.40625)),
+        ),
+    ),
+}
+
+
+def main() -> None:
+    for name, frame in FRAMES.items():
+        (FOLDER / f"{name}.bin").write_bytes(frame.to_bytes())
+
+
+if __name__ == "__main__":
+    main()

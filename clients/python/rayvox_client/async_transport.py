@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import ConnectionFailedError
-from rayvox_client.transport import fragments, websocket_error
+from rayvox_client.transport import CLOSE_TIMEOUT_S, fragments, websocket_error
 
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
@@ -50,6 +50,7 @@ class AsyncTransport:
                 user_agent_header=None,
                 compression=None,
                 open_timeout=self._timeout_s,
+                close_timeout=CLOSE_TIMEOUT_S,
                 max_size=None,
                 proxy=None,
             )

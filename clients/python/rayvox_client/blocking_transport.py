@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import ConnectionFailedError
-from rayvox_client.transport import fragments, websocket_error
+from rayvox_client.transport import CLOSE_TIMEOUT_S, fragments, websocket_error
 
 if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
@@ -44,6 +44,7 @@ class BlockingTransport:
         from websockets.sync.client import connect
 
         try:
+            # Entered, not only called: the library is about to do the handshake on entry.
             connection = connect(
                 self._endpoint.websocket_url(target),
                 ssl=self._ssl,
@@ -51,9 +52,10 @@ class BlockingTransport:
                 user_agent_header=None,
                 compression=None,
                 open_timeout=self._timeout_s,
+                close_timeout=CLOSE_TIMEOUT_S,
                 max_size=None,
                 proxy=None,
-            )
+            ).__enter__()
         except (OSError, WebSocketException) as error:
             raise websocket_error(error, self._endpoint.url) from error
         return BlockingMessageStream(connection, self._endpoint.url)

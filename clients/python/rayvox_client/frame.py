@@ -10,7 +10,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import google_crc32c
 import numpy as np
@@ -18,9 +18,6 @@ from numpy.typing import NDArray
 
 from rayvox_client.errors import InvalidInputError, MalformedAnswerError
 from rayvox_client.fields import Fields
-
-if TYPE_CHECKING:
-    from typing_extensions import Buffer
 
 MEDIA_TYPE = "application/vnd.rayvox.frame"
 MAX_EXPANDED_BYTES = 4 << 30
@@ -86,7 +83,7 @@ def encode_frame(
         entries[-1] |= {"nbytes": body.nbytes, "encoding": compression or "raw"}
         bodies.append(body)
     header, data_start = _header(kind, fields, entries)
-    parts: list[Buffer] = [header.ljust(data_start - _PREFIX.size, b"\0")]
+    parts: list[Any] = [header.ljust(data_start - _PREFIX.size, b"\0")]
     position = data_start
     for body in bodies:
         if gap := -position % _ALIGNMENT:

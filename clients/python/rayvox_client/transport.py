@@ -17,6 +17,8 @@ T = TypeVar("T")
 
 # Larger WebSocket messages go out in fragments: masking them then stays within the cache, twice as fast.
 FRAGMENT_BYTES = 256 * 1024
+# By then everything is acknowledged, or the connection is broken anyway: waiting for a polite goodbye gains nothing.
+CLOSE_TIMEOUT_S = 1.0
 _FATAL_CLOSE_CODES = {1003: "unsupported data", 1007: "invalid data", 1008: "policy violation", 1009: "too large"}
 
 

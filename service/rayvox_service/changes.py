@@ -8,16 +8,12 @@ from rayvox_service.frame import encode_frame
 
 
 def changes_frame(snapshot: MapSnapshot, since: int) -> tuple[bytes, int]:
-    """The frame that brings a copy from revision `since` to the snapshot's, and that revision.
-
-    A copy that is ahead of the map belongs to another life of it: it gets everything anew.
-    """
-    ahead = since > snapshot.revision
-    change = snapshot.changes_since(0 if ahead else since)
+    """The frame that brings a copy from revision `since` to the snapshot's, and that revision."""
+    change = snapshot.changes_since(since)
     fields = {
-        "since": since,
+        "since": change.since,
         "revision": change.revision,
-        "full": change.full or ahead,
+        "full": change.full,
         "resolution_m": snapshot.resolution_m,
         "depth": snapshot.depth,
     }

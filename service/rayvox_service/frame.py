@@ -189,9 +189,7 @@ def _parse_payload(entry: object) -> Payload:
     return Payload(name, dtype, tuple(shape), entry["offset"], entry["nbytes"], entry["encoding"])
 
 
-def _check_layout(
-    payloads: list[Payload], octets: npt.NDArray[np.uint8], header_end: int, limits: FrameLimits
-) -> None:
+def _check_layout(payloads: list[Payload], octets: npt.NDArray[np.uint8], header_end: int, limits: FrameLimits) -> None:
     expanded = sum(payload.expanded_bytes for payload in payloads)
     if expanded > limits.max_expanded_bytes:
         raise FrameTooLargeError(f"the payloads expand to {expanded} bytes, the limit is {limits.max_expanded_bytes}")

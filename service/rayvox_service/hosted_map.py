@@ -79,7 +79,7 @@ class HostedMap:
         return self.published.snapshot()
 
     def info(self) -> dict[str, Any]:
-        """The MapInfo document without statistics; never waits."""
+        """The MapInfo document without statistics. Walks the octree for its memory: not for the event loop's thread."""
         broken = self.writer.broken
         return {
             **self.config.model_dump(),
@@ -92,7 +92,7 @@ class HostedMap:
             "applied_sequence": self.writer.applied.value,
             "snapshot_sequence": self.snapshot_sequence,
             "queue_bytes": self.writer.queued_bytes,
-            "memory_bytes": self.published.nbytes,
+            "memory_bytes": self.published.unchanging().nbytes,
             "journal_cut": None if self.journal_cut is None else dataclasses.asdict(self.journal_cut),
         }
 

@@ -23,15 +23,6 @@ class PublishedMap:
         self._asked: list[Future[MapSnapshot]] = []
         self._failure: Exception | None = None
         self.revision: int = occupancy_map.revision
-        self.nbytes: int = occupancy_map.nbytes
-
-    @property
-    def resolution_m(self) -> float:
-        return self._map.resolution_m
-
-    @property
-    def depth(self) -> int:
-        return self._map.depth
 
     def begin(self) -> OccupancyMap:
         with self._lock:
@@ -45,14 +36,14 @@ class PublishedMap:
                 self._map = replacement
             self._changing = False
             self._latest = self._map.snapshot() if self._asked else None
-            self.revision, self.nbytes = self._map.revision, self._map.nbytes
+            self.revision = self._map.revision
             asked, self._asked, latest = self._asked, [], self._latest
         for future in asked:
             assert latest is not None
             future.set_result(latest)
 
     def unchanging(self) -> OccupancyMap:
-        """The map for checks that read only what never changes: resolution and depth."""
+        """The map for what reads only its geometry, or memory in use: not for its content."""
         return self._map
 
     def snapshot(self) -> MapSnapshot:

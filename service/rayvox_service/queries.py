@@ -41,8 +41,6 @@ class PointsQuery(Query):
     depth: int | None = Field(default=None, ge=0, le=21)
 
     def run(self, snapshot: MapSnapshot, rows: dict[str, AnyArray]) -> dict[str, AnyArray]:
-        if self.depth is not None and self.depth > snapshot.depth:
-            raise Problem("invalid-input", f"depth {self.depth} is below the map's leaves at {snapshot.depth}")
         return {
             "states": snapshot.states_at(rows["points"], self.depth),
             "log_odds": snapshot.log_odds_at(rows["points"], self.depth),
@@ -72,7 +70,7 @@ class RaysQuery(Query):
 
     origins: Rows = Field(default=[], exclude=True)
     directions: Rows = Field(default=[], exclude=True)
-    max_range_m: float = Field(gt=0.0, allow_inf_nan=False)
+    max_range_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
     unknown: Literal["free", "occupied"] = "free"
 
     def run(self, snapshot: MapSnapshot, rows: dict[str, AnyArray]) -> dict[str, AnyArray]:

@@ -21,7 +21,9 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8080, ge=0, le=65535, description="0 takes any free port")
     data_dir: Path = Path("rayvox-data")
-    api_key: SecretStr | None = Field(default=None, description="needed by every request, and for any address but loopback")
+    api_key: SecretStr | None = Field(
+        default=None, description="needed by every request, and for any address but loopback"
+    )
 
     max_body_bytes: int = Field(default=64 * MIB, gt=0)
     max_expanded_bytes: int = Field(default=128 * MIB, gt=0, description="a frame's payloads once decompressed")
@@ -31,7 +33,9 @@ class Settings(BaseSettings):
     queue_bytes: int = Field(default=256 * MIB, gt=0, description="scans of one map that wait to be applied")
     max_in_flight: int = Field(default=8, gt=0, le=1024, description="unacknowledged scans per stream")
     snapshot_every_bytes: int = Field(default=256 * MIB, gt=0, description="journal written between two snapshots")
-    fsync: bool = Field(default=True, description="false gives up durability on power loss, not on a crash of the process")
+    fsync: bool = Field(
+        default=True, description="false gives up durability on power loss, not on a crash of the process"
+    )
 
     wait_s: float = Field(default=30.0, gt=0, description="longest wait for a scan to be applied or a revision to come")
     body_timeout_s: float = Field(default=300.0, gt=0, description="longest time that one request body may take")

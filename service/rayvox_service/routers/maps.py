@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from rayvox_service.hosted_map import HostedMap
 from rayvox_service.map_config import MapConfig
 from rayvox_service.request_body import read_json
-from rayvox_service.service import Service, map_of, service_of
+from rayvox_service.service import map_of, service_of
 
 router = APIRouter(tags=["maps"])
 
@@ -32,22 +32,21 @@ class Box(BaseModel):
 @router.post("/maps")
 async def create_map(request: Request) -> JSONResponse:
     config = await read_json(request, MapConfig)
-    hosted = await asyncio.to_thread(service_of(request).store.create, config)
-    return JSONResponse(hosted.info(), 201, {"Location": f"/v1/maps/{config.name}"})
+    info = await asyncio.to_thread(lambda: service_of(request).store.create(config).info())
+    return JSONResponse(info, 201, {"Location": f"/v1/maps/{config.name}"})
 
 
 @router.get("/maps")
 async def list_maps(request: Request) -> dict[str, Any]:
-    store = service_of(request).store
-    return {"maps": [hosted.info() for hosted in store.all()] + store.failures()}
+    service = service_of(request)
+    infos = await service.query(lambda: [hosted.info() for hosted in service.store.all()])
+    return {"maps": infos + service.store.failures()}
 
 
 @router.get("/maps/{map_name}")
 async def map_info(request: Request, statistics: bool = False) -> dict[str, Any]:
     hosted = map_of(request)
-    if not statistics:
-        return hosted.info()
-    return hosted.info() | {"statistics": await _statistics(service_of(request), hosted)}
+    return await service_of(request).query(lambda: _info(hosted, statistics))
 
 
 @router.delete("/maps/{map_name}")
@@ -65,5 +64,7 @@ async def clear_box(request: Request) -> dict[str, int | None]:
     return {"revision": receipt.revision, "sequence": receipt.sequence}
 
 
-async def _statistics(service: Service, hosted: HostedMap) -> dict[str, Any]:
-    return await service.query(lambda: dataclasses.asdict(hosted.snapshot().statistics()))
+def _info(hosted: HostedMap, statistics: bool) -> dict[str, Any]:
+    if not statistics:
+        return hosted.info()
+    return hosted.info() | {"statistics": dataclasses.asdict(hosted.snapshot().statistics())}

@@ -49,9 +49,7 @@ async def rays(request: Request, min_revision: MinRevision = None, timeout_s: Ti
     return await _answer(request, RaysQuery, min_revision, timeout_s)
 
 
-async def _answer(
-    request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None
-) -> Response:
+async def _answer(request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:
     service, hosted = service_of(request), map_of(request)
     media = media_type(request, (JSON, frame.MEDIA_TYPE))
     settings = service.settings

@@ -11,9 +11,10 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from rayvox_client.frame import MEDIA_TYPE, decode_frame, encode_frame
 from websockets.frames import Frame, Opcode
 from websockets.http11 import Request
@@ -173,7 +174,10 @@ class LoopbackService:
             return self._put_scan(name, request.body)
         if path[2] == "points":
             count = len(decode_frame(request.body).array("points", "<f8", columns=3))
-            answers = {"states": np.full(count, 2, np.uint8), "log_odds": np.full(count, 0.85, np.float32)}
+            answers: dict[str, NDArray[Any]] = {
+                "states": np.full(count, 2, np.uint8),
+                "log_odds": np.full(count, 0.85, np.float32),
+            }
             return 200, MEDIA_TYPE, encode_frame("occupancy", {"revision": 7}, answers)
         if path[2] == "export":
             return 200, "application/octet-stream", b"octree" * 1000

@@ -268,7 +268,8 @@ class Client:
         """A stream of scans into the map, to be used as a context manager; see `ScanStream`.
 
         Args:
-            subscribe: receive the map's changes on it too, from `since` on (None: from now on).
+            subscribe: receive the map's changes on it too, beginning with what changed
+                after revision `since`; None begins with the whole map.
         """
         return ScanStream(self._client.stream(map, subscribe, since, compression=compression))
 

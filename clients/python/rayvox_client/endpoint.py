@@ -39,8 +39,8 @@ class Endpoint:
             raise InvalidInputError(f"url = {url!r} is not of the form http://host:port or https://host:port")
         if parts.username is not None:
             raise InvalidInputError("credentials do not belong into the url; give api_key")
-        if api_key is not None and not (api_key.isascii() and api_key.isprintable() and api_key.strip() == api_key):
-            raise InvalidInputError("api_key must be printable ASCII without spaces around it")
+        if api_key is not None and not (api_key and api_key.isascii() and api_key.isprintable() and " " not in api_key):
+            raise InvalidInputError("api_key must be printable ASCII without spaces")
         tls = parts.scheme == "https"
         return cls(parts.hostname, port or (443 if tls else 80), tls, parts.path.rstrip("/"), api_key)
 

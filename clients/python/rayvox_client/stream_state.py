@@ -75,8 +75,6 @@ class StreamState:
         if fields.text("type") != "opened":
             raise MalformedAnswerError(f"the stream began with {fields.values!r:.200}")
         self.max_in_flight = max(1, fields.integer("max_in_flight"))
-        if self.since is None:
-            self.since = fields.integer("revision")
         self._unsent = deque(self._frames)
 
     def on_message(self, message: str | bytes) -> None:

@@ -112,7 +112,8 @@ class Journal:
             sync_directory(self._directory)
 
     def close(self) -> None:
-        os.close(self._descriptor)
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
         self._descriptor = -1
 
     def _roll_back(self) -> None:

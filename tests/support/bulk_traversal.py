@@ -1,7 +1,8 @@
 """The exact traversal for whole scans: float64 decides where it can, integers where it cannot.
 
-Crossing parameters are computed in float64 with a known error bound. A ray whose crossings are all further apart than that
-bound is ordered correctly by them; every other ray goes through `rational_traversal`. The result is exact for all.
+Crossing parameters are computed in float64 with a known error bound. A ray whose crossings are all further apart than
+that bound is ordered correctly by them; every other ray goes through `rational_traversal`. The result is exact for
+all.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Real scan sequences and published maps that lie beside the repository; everything is absent on most machines.
 
-The folder is `../shared/data` seen from the repository root, or where RAYVOX_DATA points. Every loader skips the calling
-test, with the reason, where its folder is missing.
+The folder is `../shared/data` seen from the repository root, or where RAYVOX_DATA points. Every loader skips the
+calling test, with the reason, where its folder is missing.
 """
 
 from __future__ import annotations
@@ -135,8 +135,10 @@ def octomap_spherical() -> list[PosedScan]:
 
 
 def radish_2d(log: str = "intel", first: int = 0, count: int = 300, every: int = 1) -> list[PosedScan]:
-    """Planar laser scans of a CARMEN log ("intel" or "fr079"): indices first, first + every, ... Ranges of 80 m and more
-    are rays without return. Raw odometry: consistent over a few hundred scans."""
+    """Planar laser scans of a CARMEN log ("intel" or "fr079"): indices first, first + every, ...
+
+    Ranges of 80 m and more are rays without return. Poses are raw odometry: consistent over a few hundred scans.
+    """
     lines = bz2.decompress(data_path(f"radish_2d/{log}.clf.bz2").read_bytes()).decode().splitlines()
     lasers = [line for line in lines if line.startswith("FLASER")][first :: every][:count]
     scans = []

@@ -49,16 +49,19 @@ def log_odds_of(probability: float) -> np.float32:
     return np.float32(math.log(probability / (1.0 - probability)))
 
 
+_HIT, _MISS, _CLAMP_MIN, _CLAMP_MAX = (log_odds_of(p) for p in (0.7, 0.4, 0.1192, 0.971))
+
+
 @dataclass
 class OracleMap:
     """Occupancy of every observed voxel; what an occupancy octree must contain after the same scans."""
 
     resolution_m: float
     tree_depth: int = 16
-    hit: np.float32 = log_odds_of(0.7)
-    miss: np.float32 = log_odds_of(0.4)
-    clamp_min: np.float32 = log_odds_of(0.1192)
-    clamp_max: np.float32 = log_odds_of(0.971)
+    hit: np.float32 = _HIT
+    miss: np.float32 = _MISS
+    clamp_min: np.float32 = _CLAMP_MIN
+    clamp_max: np.float32 = _CLAMP_MAX
     voxels: Packed = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     log_odds: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
 

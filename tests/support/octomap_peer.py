@@ -1,7 +1,7 @@
 """OctoMap itself, through pyoctomap, with its leaves read out in bulk.
 
-pyoctomap's leaf iterator takes microseconds and several Python objects per leaf; the tree's own `.ot` stream is one 5-byte
-record per node, depth first, from which numpy rebuilds all leaves at once.
+pyoctomap's leaf iterator takes microseconds and several Python objects per leaf; the tree's own `.ot` stream is one
+5-byte record per node, depth first, from which numpy rebuilds all leaves at once.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ def parse_ot(raw: bytes) -> Leaves:
         next_level, next_cells = [], []
         for child in range(8):
             has = (children[inner] >> child) & 1 == 1
-            offset = np.array([child & 1, child >> 1 & 1, child >> 2]) << (15 - depth) if depth < 16 else np.zeros(3, int)
+            # The lowest level has no children: its shift is never used.
+            offset = np.array([child & 1, child >> 1 & 1, child >> 2]) << max(15 - depth, 0)
             next_level.append(at[has])
             next_cells.append(inner_cells[has] + offset)
             at = np.where(has, after[np.minimum(at, len(children) - 1)], at)

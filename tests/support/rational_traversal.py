@@ -1,11 +1,13 @@
 """Exact voxel traversal in integer arithmetic: what every ray-shooting engine is measured against.
 
-Contract. A coordinate becomes voxel units `u = x / resolution_m` by one float64 division; from there nothing is rounded.
-Cells are half-open, `[k, k + 1)` on each axis. A segment passes the cells that contain one of its points, ends included.
+Contract. A coordinate becomes voxel units `u = x / resolution_m` by one float64 division; where that leaves a
+non-zero u below 2^-200, it is taken as 2^-200 with its sign (no product of two coordinates then underflows). From
+there nothing is rounded. Cells are half-open, `[k, k + 1)` on each axis. A segment passes the cells that contain one
+of its points, ends included.
 
-At one parameter t, therefore, an axis that runs upwards enters its next cell exactly at t, one that runs downwards leaves
-its cell just after t. Two upward crossings at the same t step diagonally; an upward and a downward one visit the cell
-between them, of which the ray has a single point.
+At one parameter t, therefore, an axis that runs upwards enters its next cell exactly at t, one that runs downwards
+leaves its cell just after t. Two upward crossings at the same t step diagonally; an upward and a downward one visit
+the cell between them, of which the ray has a single point.
 """
 
 from __future__ import annotations
@@ -21,11 +23,13 @@ Cell = tuple[int, int, int]
 Point = Sequence[float]
 
 _UPWARD, _DOWNWARD = 0, 1
+_SMALLEST = 2.0**-200
 
 
 def to_voxel_units(points_m: ArrayLike, resolution_m: float) -> NDArray[np.float64]:
     """Metres to voxel units: the only rounding of the contract."""
-    return np.asarray(points_m, dtype=np.float64) / np.float64(resolution_m)
+    u = np.asarray(points_m, dtype=np.float64) / np.float64(resolution_m)
+    return np.where((u != 0) & (np.abs(u) < _SMALLEST), np.copysign(_SMALLEST, u), u)
 
 
 def cell_of(point_u: Point) -> Cell:

@@ -30,7 +30,9 @@ def lattice_rays(
     return rays[0] * resolution_m, rays[1] * resolution_m
 
 
-def room_scan(rng: np.random.Generator, count: int, half_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float32]:
+def room_scan(
+    rng: np.random.Generator, count: int, half_m: float, origin_m: NDArray[np.float64]
+) -> NDArray[np.float32]:
     """Points (n,3) float32 where random rays from `origin_m` meet the walls of a cube with a pillar in it."""
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

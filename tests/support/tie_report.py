@@ -1,10 +1,10 @@
-"""Why OctoMap's map differs from the exact one: each differing voxel must be a tie, or so near one that float32 decides.
+"""Why OctoMap's map differs from the exact one: each such voxel must be a tie, or so near one that float32 decides.
 
-OctoMap normalises a ray's direction in float32. Its components are off by up to 2^-23 of themselves (difference, then division),
-the ratio of two by twice that, so a crossing is displaced across the ray by at most 2^-22 of the length travelled; half a
-voxel's edge is rounded to float32 besides. A ray cut at the maximum range also has its new end rounded to float32.
-OctoMap stops once the exit of a cell is further than the ray's float32 length, which drops the last cell before an end
-that lies on a face.
+OctoMap normalises a ray's direction in float32. Its components are off by up to 2^-23 of themselves (difference, then
+division), the ratio of two by twice that, so a crossing is displaced across the ray by at most 2^-22 of the length
+travelled; half a voxel's edge is rounded to float32 besides. A ray cut at the maximum range also has its new end
+rounded to float32. OctoMap stops once the exit of a cell is further than the ray's float32 length, which drops the
+last cell before an end that lies on a face.
 """
 
 from __future__ import annotations
@@ -112,7 +112,8 @@ def _same(a: np.float32, b: np.float32) -> bool:
 def explain_difference(difference: LeafDifference, scans: list[ExactScan], model: OracleMap) -> Counter[str]:
     """Counts of "exact" and "near" ties and "unexplained" voxels, of a difference between the exact map and OctoMap's.
 
-    A voxel is explained when OctoMap's log-odds there follow from the scans with some of the tied ones decided otherwise.
+    A voxel is explained when OctoMap's log-odds there follow from the scans with some of the tied ones decided
+    otherwise.
     """
     counts: Counter[str] = Counter()
     for row, theirs in zip(difference.cells.tolist(), difference.theirs, strict=True):

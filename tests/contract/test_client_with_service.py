@@ -7,11 +7,13 @@ import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 import uvicorn
 from numpy.typing import NDArray
+from pydantic import SecretStr
 from rayvox import OccupancyMap
 from rayvox_client import (
     AsyncClient,
@@ -36,12 +38,15 @@ from rayvox_service.app import create_app
 from rayvox_service.settings import Settings
 
 KEY = "robot-key"
+Suffix = Literal["bt", "ot", "ply"]
 Leaves = tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.float32]]
 
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    settings = Settings(data_dir=tmp_path_factory.mktemp("data"), api_key=KEY, max_points=200_000, wait_s=0.5)
+    settings = Settings(
+        data_dir=tmp_path_factory.mktemp("data"), api_key=SecretStr(KEY), max_points=200_000, wait_s=0.5
+    )
     listener = socket.create_server(("127.0.0.1", 0))
     config = uvicorn.Config(create_app(settings), ws="websockets-sansio", log_level="warning", ws_max_size=64 << 20)
     server = uvicorn.Server(config)
@@ -122,7 +127,7 @@ def test_all_forms_of_a_scan_give_the_kernels_own_map(client: Client, lab: str) 
     doubles = np.random.default_rng(2).uniform(-2, 2, (100, 3))
     pixels = np.zeros((4, 6), np.uint16)
     pixels[1, 2], pixels[3, 5] = 1500, 2500
-    lens = Intrinsics(fx=5.0, fy=7.0, cx=2.6, cy=1.7)  # no ray along an edge between voxels
+    lens = Intrinsics(fx=5.0, fy=7.0, cx=2.57, cy=1.69)  # no ray along an edge between voxels
     receipts = [
         client.insert_scan(lab, millimetres, scale_m=0.001),
         client.insert_scan(lab, doubles, compression="zstd", origin=(0.1, 0.2, 0.3)),
@@ -133,7 +138,7 @@ def test_all_forms_of_a_scan_give_the_kernels_own_map(client: Client, lab: str) 
     expected = OccupancyMap(0.1)
     expected.insert_scan(millimetres * 0.001)
     expected.insert_scan(doubles, origin=(0.1, 0.2, 0.3))
-    expected.insert_scan(np.array([[-0.6 * 1.5 / 5, -0.7 * 1.5 / 7, 1.5], [2.4 * 2.5 / 5, 1.3 * 2.5 / 7, 2.5]]))
+    expected.insert_scan(np.array([[-0.57 * 1.5 / 5, -0.69 * 1.5 / 7, 1.5], [2.43 * 2.5 / 5, 1.31 * 2.5 / 7, 2.5]]))
     copy = MapCopy()
     client.changes(lab, since=0).apply_to(copy)
     assert in_order(copied(copy)) == in_order(expected.leaves())
@@ -202,7 +207,7 @@ def test_queries_answer_as_the_kernel_does(client: Client, lab: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["bt", "ot", "ply"])
-def test_a_downloaded_map_is_the_kernels_own_export(client: Client, lab: str, tmp_path: Path, suffix: str) -> None:
+def test_a_downloaded_map_is_the_kernels_own_export(client: Client, lab: str, tmp_path: Path, suffix: Suffix) -> None:
     sent = scans(3)
     client.upload_sequence(lab, sent, progress=False, wait="applied")
     assert client.download_map(lab, tmp_path / f"lab.{suffix}").read_bytes() == mapped(sent).export_bytes(suffix)

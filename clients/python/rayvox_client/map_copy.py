@@ -70,14 +70,22 @@ class MapCopy:
         added_codes = morton_codes(changes.keys, changes.depth)
         order = np.argsort(added_codes, kind="stable")
         kept_codes = self._codes[kept]
-        at = np.searchsorted(kept_codes, added_codes[order])
-        codes = np.insert(kept_codes, at, added_codes[order])
-        depths = np.insert(self.leaf_depth[kept], at, changes.leaf_depth[order])
-        if len(codes) > 1 and (codes[:-1] + node_cells(depths[:-1], changes.depth) > codes[1:]).any():
+        places = np.searchsorted(kept_codes, added_codes[order]) + np.arange(len(order))
+        from_copy = np.ones(len(kept_codes) + len(order), np.bool_)
+        from_copy[places] = False
+
+        def merged(held: NDArray[Any], added: NDArray[Any]) -> NDArray[Any]:
+            out = np.empty((len(from_copy), *held.shape[1:]), held.dtype)
+            out[from_copy] = held[kept]
+            out[places] = added[order]
+            return out
+
+        codes, leaf_depth = merged(self._codes, added_codes), merged(self.leaf_depth, changes.leaf_depth)
+        if (codes[:-1] + node_cells(leaf_depth[:-1], changes.depth) > codes[1:]).any():
             raise MalformedAnswerError(f"{changes!r}: its leaves overlap each other or leaves outside its regions")
-        self.keys = np.insert(self.keys[kept], at, changes.keys[order].astype(np.int64), axis=0)
-        self.log_odds = np.insert(self.log_odds[kept], at, changes.log_odds[order])
-        self.leaf_depth, self._codes = depths, codes
+        self.keys = merged(self.keys, changes.keys)
+        self.log_odds = merged(self.log_odds, changes.log_odds)
+        self.leaf_depth, self._codes = leaf_depth, codes
 
     @property
     def edge_m(self) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,7 +25,7 @@ def changes(
     fields = {"since": since, "revision": revision, "full": full, "resolution_m": RESOLUTION_M, "depth": depth}
     nodes = np.array(list(leaves), np.int32).reshape(-1, 4)
     boxes = np.array(regions, np.int32).reshape(-1, 4)
-    payloads = {
+    payloads: dict[str, NDArray[Any]] = {
         "region_keys": boxes[:, :3],
         "region_depth": boxes[:, 3].astype(np.uint8),
         "keys": nodes[:, :3],

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from rayvox_client import (
     AsyncClient,
     Client,
@@ -109,7 +110,7 @@ def test_a_scan_may_consist_of_beams_without_return_alone() -> None:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_points_are_not_copied_before_they_are_sent(dtype: type) -> None:
-    points = np.ones((4, 3), dtype)
+    points: NDArray[Any] = np.ones((4, 3), dtype)
     assert Scan(points).points is points
 
 

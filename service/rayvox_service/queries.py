@@ -79,6 +79,9 @@ class RaysQuery(Query):
 
 
 def rows_of_json(query: Query) -> dict[str, AnyArray]:
+    missing = [name for name in query.PAYLOADS if name not in query.model_fields_set]
+    if missing:
+        raise Problem("invalid-input", f"{' and '.join(missing)} must be there, as lists of [x, y, z]")
     return _same_length({name: np.array(getattr(query, name), np.float64).reshape(-1, 3) for name in query.PAYLOADS})
 
 

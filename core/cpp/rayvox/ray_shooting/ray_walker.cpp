@@ -50,20 +50,19 @@ void RayWalker::leave_block(int level) {
 // The cell along `axis` at the moment the ray crosses another axis's border.
 std::int32_t RayWalker::cell_at_crossing(int axis, double t, int crossed_axis, double crossed_border) const {
   const double position = ray_.origin[axis] + (ray_.end[axis] - ray_.origin[axis]) * t;
-  const double nearest = std::nearbyint(position);
-  std::int32_t cell;
+  std::int32_t cell = floor_to_cell(position);
+  const double fraction = position - cell;
   // Coordinates stay below 2^21, so the position is off by less than 2^-28.
-  if (std::abs(position - nearest) > 0x1p-24) {
-    cell = static_cast<std::int32_t>(std::floor(position));
-  } else {
+  if (fraction < 0x1p-24 || fraction > 1 - 0x1p-24) {
     const bool upwards = ray_.end[axis] > ray_.origin[axis];
-    const auto border = static_cast<std::int32_t>(nearest);
+    const std::int32_t border = fraction < 0.5 ? cell : cell + 1;
     // A border behind the current cell has been crossed, one behind the end's cell never is.
     const bool behind = upwards ? border <= cell_[axis] : border > cell_[axis];
     const bool beyond = upwards ? border > end_cell_[axis] : border <= end_cell_[axis];
     const bool crossed =
         behind ||
-        (!beyond && compare_crossings(ray_, Crossing{axis, nearest}, Crossing{crossed_axis, crossed_border}) <= 0);
+        (!beyond && compare_crossings(ray_, Crossing{axis, static_cast<double>(border)},
+                                      Crossing{crossed_axis, crossed_border}) <= 0);
     cell = upwards == crossed ? border : border - 1;
   }
   const auto [low, high] = std::minmax(cell_[axis], end_cell_[axis]);

@@ -50,21 +50,17 @@ void shoot_tile(const TileWork& tile, const ScanRays& rays, const MapGeometry& g
   }
   // After all free cells: within one scan occupied wins.
   for (const TileBin* bin : tile.bins) {
-    for (const std::uint32_t end : bin->ends) {
-      marks.cell[end] = TileMarks::occupied;
-      marks.brick[end / cells_per_brick] = 1;
-    }
+    for (const std::uint32_t end : bin->ends) marks.cell[end] = TileMarks::occupied;
   }
 }
 
 std::vector<MarkedBrick> take_marked_bricks(TileMarks& marks, const Kernels& kernels) {
   std::vector<MarkedBrick> bricks;
   for (std::uint32_t brick = 0; brick < bricks_per_tile; ++brick) {
-    if (!marks.brick[brick]) continue;
-    marks.brick[brick] = 0;
-    MarkedBrick& marked = bricks.emplace_back();
-    marked.brick = brick;
-    kernels.take_marks(marks.cell + std::size_t{brick} * cells_per_brick, marked.marks.free, marked.marks.occupied);
+    BrickMarks taken;
+    if (kernels.take_marks(marks.cell + std::size_t{brick} * cells_per_brick, taken.free, taken.occupied)) {
+      bricks.push_back({brick, taken});
+    }
   }
   return bricks;
 }

@@ -14,11 +14,10 @@ constexpr int tile_address_bits = 18;
 constexpr std::size_t tile_cells = std::size_t{1} << tile_address_bits;
 constexpr std::size_t bricks_per_tile = tile_cells / 512;
 
-/// Byte marks of one tile's cells (Morton order) and which of its bricks hold any. All zero between uses.
+/// Byte marks of one tile's cells, in Morton order. All zero between uses.
 struct alignas(64) TileMarks {
   enum : std::uint8_t { none = 0, free = 1, occupied = 2 };
   std::uint8_t cell[tile_cells + 64];  // the last 64 take the stores of idle lanes
-  std::uint8_t brick[bricks_per_tile];
 };
 
 /// The rays (structure of arrays, voxel units) and the segments of them that lie in one tile.
@@ -47,8 +46,8 @@ struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
   void (*walk_segments)(const TileSegments&, TileMarks&);
-  /// Turns the 512 marks of a brick into bit masks and zeroes them.
-  void (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
+  /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if there are none.
+  bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
 };

@@ -12,7 +12,14 @@ namespace {
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 // clang-format on
 
-void take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied) {
+bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied) {
+  std::uint64_t any = 0;
+  for (int word = 0; word < 64; ++word) {
+    std::uint64_t eight;
+    __builtin_memcpy(&eight, marks + 8 * word, sizeof eight);
+    any |= eight;
+  }
+  if (!any) return false;
   for (int octant = 0; octant < 8; ++octant) {
     free[octant] = occupied[octant] = 0;
     for (int cell = 0; cell < 64; ++cell) {
@@ -22,6 +29,7 @@ void take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
       mark = TileMarks::none;
     }
   }
+  return true;
 }
 
 }  // namespace

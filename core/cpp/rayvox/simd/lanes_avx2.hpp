@@ -48,12 +48,10 @@ struct Lanes {
   static Uint select(Mask m, Uint a, Uint b) { return _mm256_blendv_epi8(b, a, _mm256_castps_si256(m)); }
 
   static Mask nonzero(Uint a) { return invert(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_setzero_si256()))); }
-  static Mask differ(Uint a, Uint b) { return invert(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b))); }
   static Uint subtract(Uint a, Uint b) { return _mm256_sub_epi32(a, b); }
   static Uint decrement_where(Uint a, Mask m) { return _mm256_add_epi32(a, _mm256_castps_si256(m)); }
   static Float increment_where(Float a, Mask m) { return _mm256_add_ps(a, _mm256_and_ps(m, _mm256_set1_ps(1.0f))); }
   static Uint combine(Uint a, Uint b, Uint c) { return _mm256_or_si256(a, _mm256_or_si256(b, c)); }
-  static Uint brick_of(Uint cell) { return _mm256_srli_epi32(cell, 9); }
   static Uint dilated_step(Uint p, Uint decrement, Uint mask, Mask m) {
     return select(m, _mm256_and_si256(_mm256_sub_epi32(p, decrement), mask), p);
   }
@@ -61,11 +59,8 @@ struct Lanes {
   static void mark(std::uint8_t* bytes, Uint index) {
     alignas(32) std::uint32_t at[width];
     _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
+    // Reloading each index costs a load port; extracting it from the register would cost two vector ports.
+    asm volatile("" : : "r"(at) : "memory");
     for (int lane = 0; lane < width; ++lane) bytes[at[lane]] = 1;
-  }
-  static void mark_where(std::uint8_t* bytes, Uint index, Mask m) {
-    alignas(32) std::uint32_t at[width];
-    _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
-    for (unsigned set = bits(m); set; set &= set - 1) bytes[at[__builtin_ctz(set)]] = 1;
   }
 };

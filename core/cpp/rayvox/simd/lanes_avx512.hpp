@@ -36,12 +36,10 @@ struct Lanes {
   static Uint select(Mask m, Uint a, Uint b) { return _mm512_mask_blend_epi32(m, b, a); }
 
   static Mask nonzero(Uint a) { return _mm512_test_epi32_mask(a, a); }
-  static Mask differ(Uint a, Uint b) { return _mm512_cmpneq_epi32_mask(a, b); }
   static Uint subtract(Uint a, Uint b) { return _mm512_sub_epi32(a, b); }
   static Uint decrement_where(Uint a, Mask m) { return _mm512_mask_sub_epi32(a, m, a, _mm512_set1_epi32(1)); }
   static Float increment_where(Float a, Mask m) { return _mm512_mask_add_ps(a, m, a, _mm512_set1_ps(1.0f)); }
   static Uint combine(Uint a, Uint b, Uint c) { return _mm512_ternarylogic_epi32(a, b, c, 0xfe); }
-  static Uint brick_of(Uint cell) { return _mm512_srli_epi32(cell, 9); }
   static Uint dilated_step(Uint p, Uint decrement, Uint mask, Mask m) {
     return _mm512_mask_and_epi32(p, m, _mm512_sub_epi32(p, decrement), mask);
   }
@@ -50,11 +48,8 @@ struct Lanes {
   static void mark(std::uint8_t* bytes, Uint index) {
     alignas(64) std::uint32_t at[width];
     _mm512_store_si512(at, index);
+    // Reloading each index costs a load port; extracting it from the register would cost two vector ports.
+    asm volatile("" : : "r"(at) : "memory");
     for (int lane = 0; lane < width; ++lane) bytes[at[lane]] = 1;
-  }
-  static void mark_where(std::uint8_t* bytes, Uint index, Mask m) {
-    alignas(64) std::uint32_t at[width];
-    _mm512_store_si512(at, index);
-    for (unsigned set = m; set; set &= set - 1) bytes[at[__builtin_ctz(set)]] = 1;
   }
 };

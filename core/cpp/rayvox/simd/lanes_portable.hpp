@@ -34,16 +34,11 @@ struct Lanes {
   static Uint select(Mask m, Uint a, Uint b) { return m ? a : b; }
 
   static Mask nonzero(Uint a) { return a != 0; }
-  static Mask differ(Uint a, Uint b) { return a != b; }
   static Uint subtract(Uint a, Uint b) { return a - b; }
   static Uint decrement_where(Uint a, Mask m) { return a - m; }
   static Float increment_where(Float a, Mask m) { return m ? a + 1 : a; }
   static Uint combine(Uint a, Uint b, Uint c) { return a | b | c; }
-  static Uint brick_of(Uint cell) { return cell >> 9; }
   static Uint dilated_step(Uint p, Uint decrement, Uint mask, Mask m) { return m ? (p - decrement) & mask : p; }
 
   static void mark(std::uint8_t* bytes, Uint index) { bytes[index] = 1; }
-  static void mark_where(std::uint8_t* bytes, Uint index, Mask m) {
-    if (m) bytes[index] = 1;
-  }
 };

@@ -54,7 +54,7 @@ def _office() -> list[Shape]:
         *shelf(-4.3, 3.6, yaw=np.pi / 2),
         *cupboard(-5.6, 5.6, yaw=np.pi),
         *plant(-9.5, 5.5),
-        *door_leaf(-6.0, 1.1, yaw=np.pi / 2 + 0.5),
+        *door_leaf(-6.1, 1.1, yaw=np.pi / 2 + 0.5),
         Sphere.at(-6.5, 4.0, 2.45, 0.18),
     ]
 
@@ -83,7 +83,7 @@ def _laboratory() -> list[Shape]:
         *shelf(-3.3, -3.2, yaw=np.pi / 2, length=1.6),
         *crates(-4.1, -5.3, yaw=0.3),
         Cylinder.upright(-9.5, -5.4, 0.0, 1.5, 0.22),
-        *door_leaf(-6.5, -1.12, yaw=-0.2),
+        *door_leaf(-6.4, -1.12, yaw=-0.2),
     ]
 
 

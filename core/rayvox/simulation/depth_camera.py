@@ -20,8 +20,8 @@ class Intrinsics:
 
     width: int = 320
     height: int = 240
-    fx: float = 262.5
-    fy: float = 262.5
+    fx: float = 200.0
+    fy: float = 200.0
     cx: float = 159.5
     cy: float = 119.5
 

@@ -20,6 +20,9 @@ ROBOT_SPEED_M_PER_S = 0.5
 _OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """R_body_optical: a camera looks along z with x to the right, a body drives along x with z up."""
 
+INDOOR_LIDAR_RANGE_M = 10.0
+"""What leaves through a window is followed no farther: empty sky would be most of the map."""
+
 T_BASE_CAMERA = rigid_transform(
     rotation_from_rpy(pitch_rad=np.radians(10.0)) @ _OPTICAL_AXES, np.array([0.2, 0.0, 0.6])
 )
@@ -38,7 +41,7 @@ class RobotRun:
     seed: int = 1
     scene: Scene = field(default_factory=make_building)
     camera: DepthCamera = field(default_factory=DepthCamera)
-    lidar: SpinningLidar = field(default_factory=SpinningLidar)
+    lidar: SpinningLidar = field(default_factory=lambda: SpinningLidar(max_range_m=INDOOR_LIDAR_RANGE_M))
 
     def __len__(self) -> int:
         """Number of scans."""

@@ -22,7 +22,7 @@ class Opening:
     head: float = 2.1
 
 
-def door(center: float, width_m: float = 1.0) -> Opening:
+def door(center: float, width_m: float = 1.2) -> Opening:
     """A doorway around `center`, metres along its wall."""
     return Opening(center - width_m / 2.0, center + width_m / 2.0)
 

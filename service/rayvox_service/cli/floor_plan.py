@@ -49,4 +49,4 @@ def floor_plan(
     x, y = x[inside], y[inside]
     passed = states[y, x] != 2
     picture[y[passed], x[passed]] = symbols["path"]
-    return ["".join(line).rstrip() for line in picture[::-1]]
+    return "\n".join("".join(line).rstrip() for line in picture[::-1]).strip("\n").split("\n")

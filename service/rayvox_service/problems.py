@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from fastapi.exceptions import RequestValidationError
+from fastapi.exceptions import ValidationException
 from rayvox.errors import InvalidInputError, MissingDependencyError, OutOfRangeError, ScanFormatError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -72,8 +72,8 @@ class Problem(Exception):
 
 
 async def answer_validation_error(request: Request, error: Exception) -> JSONResponse:
-    """FastAPI's own checks of path, query and JSON body."""
-    assert isinstance(error, RequestValidationError)
+    """FastAPI's own checks of path and query, of requests and of handshakes."""
+    assert isinstance(error, ValidationException)
     errors = [{"at": "/".join(map(str, e["loc"])), "message": e["msg"]} for e in error.errors()]
     detail = "; ".join(f"{e['at']}: {e['message']}" for e in errors[:5])
     return Problem("invalid-input", detail, errors=errors[:20]).response(request.url.path)

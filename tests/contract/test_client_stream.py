@@ -98,6 +98,13 @@ def test_cut_connections_and_lost_acknowledgements_lose_and_double_nothing(
     assert service.connections == 4
 
 
+@both
+def test_acknowledgements_between_the_cuts_renew_the_patience(service: LoopbackService, push: Push) -> None:
+    service.stream_faults.drop_after_scans.extend([2] * (QUICK.retries + 3))
+    pushed = push(service, 12)
+    assert sorted(service.scans["lab"]) == sorted(pushed)
+
+
 def test_a_connection_cut_at_every_attempt_raises_and_keeps_the_scans(service: LoopbackService, client: Client) -> None:
     service.stream_faults.drop_after_scans.extend([1] * 4)
     stream = client.stream("lab")

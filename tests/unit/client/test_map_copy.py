@@ -52,13 +52,17 @@ def inside(leaf: Node, region: Node) -> bool:
 cells = st.integers(-(1 << (DEPTH - 1)), (1 << (DEPTH - 1)) - 1)
 nodes = st.builds(node_at, cells, cells, cells, st.integers(2, DEPTH))
 
+# Few enough that regions of one step often touch leaves of an earlier one.
+close_cells = st.integers(-2, 1)
+close_nodes = st.builds(node_at, close_cells, close_cells, close_cells, st.integers(3, DEPTH))
+
 
 @st.composite
 def rewrites(draw: st.DrawFn) -> tuple[list[Node], dict[Node, float]]:
     """Regions, and leaves within them that do not overlap."""
-    regions = draw(st.lists(nodes, max_size=4))
+    regions = draw(st.lists(close_nodes, max_size=3))
     leaves: dict[Node, float] = {}
-    for node in draw(st.lists(nodes, max_size=30)):
+    for node in draw(st.lists(close_nodes, max_size=30)):
         within = any(inside(node, region) for region in regions)
         if within and not any(inside(node, leaf) or inside(leaf, node) for leaf in leaves):
             leaves[node] = draw(st.floats(-4, 4, width=32))
@@ -118,6 +122,21 @@ def test_z_order_interleaves_the_bits_of_the_key(depth: int, data: st.DataObject
     axis = st.integers(-(1 << (depth - 1)), (1 << (depth - 1)) - 1)
     keys = np.array(data.draw(st.lists(st.tuples(axis, axis, axis), min_size=1, max_size=5)))
     assert morton_codes(keys, depth).tolist() == [interleaved(key, depth) for key in keys]
+
+
+def test_a_region_ends_before_its_neighbours_first_leaf() -> None:
+    copy = MapCopy()
+    changes(0, 1, [], {(0, 0, 0, 5): 1.0, (1, 1, 1, 5): 2.0, (2, 0, 0, 5): 3.0}, full=True).apply_to(copy)
+    changes(1, 2, [(0, 0, 0, 4)], {}).apply_to(copy)
+    assert held(copy) == {(2, 0, 0, 5): 3.0}
+
+
+def test_a_leaf_within_a_leaf_that_stays_is_refused_and_nothing_happens() -> None:
+    copy = MapCopy()
+    changes(0, 1, [], {(0, 0, 0, 3): 1.0}, full=True).apply_to(copy)
+    with pytest.raises(MalformedAnswerError, match="overlap"):
+        changes(1, 2, [(2, 2, 2, 4)], {(2, 2, 2, 5): 2.0}).apply_to(copy)
+    assert (held(copy), copy.revision) == ({(0, 0, 0, 3): 1.0}, 1)
 
 
 def test_a_change_from_a_later_revision_is_refused_and_nothing_happens() -> None:

@@ -1,0 +1,145 @@
+"""Scan insertion, points to updated octree: rayvox against OctoMap in one run.
+
+    python -m benchmarks.insertion [--quick] [--passes 20] [--repeats 3] [--only TEXT] [--write NAME]
+
+First scan: into an empty map. Steady state: the scans inserted PASSES times over into one map, the last half of the
+passes. Medians over scans, passes and repeats; rayvox and OctoMap take turns. Both get the same float32 rays.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from statistics import median
+from typing import Any
+
+import numpy as np
+import rayvox
+
+from benchmarks.peers.octomap_cpp import DriverUnavailableError, run_driver
+from benchmarks.report import print_table, provenance, write_results
+from benchmarks.workloads import RayScan, Workload, standard_workloads
+from tests.support.leaf_comparison import compare_leaves
+from tests.support.occupancy_oracle import Leaves
+from tests.support.octomap_peer import OctomapPeer
+from tests.support.rayvox_maps import leaves_of
+
+Samples = dict[str, list[float]]
+
+
+def insert(occupancy_map: rayvox.OccupancyMap, scan: RayScan, workload: Workload) -> float:
+    """Seconds that one insertion takes, call included."""
+    origin = tuple(scan.origin.tolist())
+    start = time.perf_counter()
+    occupancy_map.insert_scan(scan.ends, origin=origin, max_range_m=workload.max_range_m)
+    return time.perf_counter() - start
+
+
+def time_rayvox(workload: Workload, passes: int, threads: int) -> tuple[Samples, Leaves]:
+    """First-scan and steady-state seconds, and the leaves after one pass."""
+    rayvox.set_thread_count(threads)
+    first = [insert(rayvox.OccupancyMap(workload.resolution_m), scan, workload) for scan in workload.scans]
+    occupancy_map, seconds, leaves = rayvox.OccupancyMap(workload.resolution_m), [], None
+    for _ in range(passes):
+        seconds += [insert(occupancy_map, scan, workload) for scan in workload.scans]
+        leaves = leaves or leaves_of(occupancy_map)
+    assert leaves is not None
+    return {"first": first, "steady": seconds[len(seconds) // 2 :]}, leaves
+
+
+def time_octomap(workload: Workload, passes: int, openmp: bool) -> tuple[Samples, Leaves]:
+    """The same from OctoMap's C++ library, and its ray shooting alone."""
+    measured, leaves = run_driver(workload, passes, openmp=openmp, leaves=True)
+    assert leaves is not None
+    steady = measured["pass_s"][len(measured["pass_s"]) // 2 :]
+    samples = {"first": measured["first_s"], "steady": steady}
+    return samples | {"ray_keys": measured["ray_keys_s"], "key_sets": measured["key_sets_s"]}, leaves
+
+
+def time_pyoctomap(workload: Workload) -> float:
+    """Seconds of one first-scan insertion through OctoMap's Python binding."""
+    scan, peer = workload.scans[0], OctomapPeer(workload.resolution_m)
+    ends = scan.ends.astype(np.float64)
+    start = time.perf_counter()
+    peer.insert_scan(ends, scan.origin, workload.max_range_m)
+    return time.perf_counter() - start
+
+
+def measure(workload: Workload, passes: int, repeats: int, octomap_passes: int) -> dict[str, Any]:
+    """Every contender's medians in milliseconds on one workload."""
+    cores = rayvox.thread_count()
+    samples: dict[str, Samples] = {}
+    leaves: dict[str, Leaves] = {}
+    for _ in range(repeats):
+        for name, threads in (("rayvox", cores), ("rayvox, 1 thread", 1)):
+            found, leaves[name] = time_rayvox(workload, passes, threads)
+            _extend(samples.setdefault(name, {}), found)
+        for name, openmp in (("OctoMap", False), ("OctoMap, OpenMP", True)):
+            found, leaves[name] = time_octomap(workload, octomap_passes, openmp)
+            _extend(samples.setdefault(name, {}), found)
+    rayvox.set_thread_count(cores)
+    times = {name: {kind: 1e3 * median(values) for kind, values in kinds.items()} for name, kinds in samples.items()}
+    difference = compare_leaves(leaves["rayvox"], leaves["OctoMap"])
+    ratios = {
+        kind: min(times["OctoMap"][kind], times["OctoMap, OpenMP"][kind]) / times["rayvox"][kind]
+        for kind in ("first", "steady")
+    }
+    return {
+        "workload": workload.name,
+        "rays": workload.ray_count,
+        "scans": len(workload.scans),
+        "median_ms": times,
+        "pyoctomap_first_ms": 1e3 * time_pyoctomap(workload),
+        "ratio": ratios,
+        "leaves": len(leaves["rayvox"]),
+        "voxels_differing": len(difference.cells),
+    }
+
+
+def _extend(samples: Samples, more: Samples) -> None:
+    for kind, values in more.items():
+        samples.setdefault(kind, []).extend(values)
+
+
+def print_results(results: list[dict[str, Any]]) -> None:
+    """One row per workload and contender."""
+    rows = []
+    for result in results:
+        for name, times in result["median_ms"].items():
+            shooting = times.get("ray_keys", "")
+            rows.append([result["workload"], name, times["first"], times["steady"], shooting])
+        rows.append([result["workload"], "pyoctomap", result["pyoctomap_first_ms"], "", ""])
+        rows.append([result["workload"], "OctoMap / rayvox", result["ratio"]["first"], result["ratio"]["steady"], ""])
+    print_table(["workload", "contender", "first scan ms", "steady ms", "ray keys alone ms"], rows)
+    for result in results:
+        print(f"{result['workload']}: {result['leaves']} leaves, {result['voxels_differing']} voxels differ (ties)")
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="Scan insertion: rayvox against OctoMap.")
+    parser.add_argument("--quick", action="store_true", help="two scans of each workload, one repeat, few passes")
+    parser.add_argument("--passes", type=int, default=20)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--only", default="", help="workloads whose name contains this")
+    parser.add_argument("--write", metavar="NAME", help="write benchmarks/results/NAME.json")
+    arguments = parser.parse_args()
+    passes, repeats, octomap_passes = arguments.passes, arguments.repeats, arguments.passes
+    header = provenance()
+    workloads = [w for w in standard_workloads() if arguments.only in w.name]
+    if arguments.quick:
+        passes, repeats, octomap_passes = 12, 1, 2
+        workloads = [replace(w, scans=w.scans[:2]) for w in workloads]
+    try:
+        results = [measure(w, passes, repeats, octomap_passes) for w in workloads]
+    except DriverUnavailableError as error:
+        raise SystemExit(str(error)) from error
+    print(header)
+    print_results(results)
+    if arguments.write:
+        print("written:", write_results(arguments.write, header, results))
+
+
+if __name__ == "__main__":
+    main()

@@ -12,8 +12,8 @@ import google_crc32c
 import httpx
 import numpy as np
 import pytest
-
 from rayvox_service.frame import encode_frame
+
 from tests.support.service_process import (
     FRAME_HEADERS,
     ServiceProcess,
@@ -226,7 +226,8 @@ def test_a_body_that_announces_too_much_is_refused_before_it_comes(service: Serv
             f"Content-Type: {FRAME_HEADERS['Content-Type']}\r\nContent-Length: {1 << 40}\r\n\r\n".encode()
         )
         answer = whole_answer(connection)
-    assert answer.startswith(b"HTTP/1.1 413 ") and b"urn:rayvox:problem:too-large" in answer
+    assert answer.startswith(b"HTTP/1.1 413 ")
+    assert b"urn:rayvox:problem:too-large" in answer
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +263,8 @@ def test_a_body_that_does_not_arrive_is_given_up(small_service: ServiceProcess) 
             f"Content-Type: {FRAME_HEADERS['Content-Type']}\r\nContent-Length: 10000\r\n\r\nRVX1".encode()
         )
         answer = whole_answer(connection)
-    assert answer.startswith(b"HTTP/1.1 408 ") and b"urn:rayvox:problem:request-timeout" in answer
+    assert answer.startswith(b"HTTP/1.1 408 ")
+    assert b"urn:rayvox:problem:request-timeout" in answer
 
 
 @pytest.mark.parametrize(
@@ -329,7 +331,8 @@ def test_a_disk_that_refuses_answers_unavailable_and_keeps_what_was_acknowledged
         while (response := put_scan(full.http, "lab", *scan_frame(some_points(kept)))).status_code == 201:
             kept += 1
         assert_problem(response, 503, "unavailable")
-        assert response.headers["retry-after"] and kept > 1
+        assert response.headers["retry-after"]
+        assert kept > 1
         leaves = served_leaves(full.http, "lab")
         small = put_scan(full.http, "lab", *scan_frame(some_points(99, count=2)))
         assert small.status_code in (201, 503)

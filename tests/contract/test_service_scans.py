@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from rayvox import MapSnapshot, OccupancyMap
-
 from rayvox_service.frame import encode_frame
+
 from tests.support.service_process import (
     FRAME_HEADERS,
     ServiceProcess,
@@ -176,11 +176,13 @@ def test_points_are_answered_as_the_kernel_does_in_both_forms(
     assert set(states.tolist()) == {0, 1, 2}
     asked = {} if depth is None else {"depth": depth}
     answer = service.http.post(f"/v1/maps/{lab}/points", json={"points": points.tolist(), **asked}).json()
-    assert answer["states"] == states.tolist() and answer["revision"] == 1
+    assert answer["states"] == states.tolist()
+    assert answer["revision"] == 1
     assert answer["log_odds"] == [None if math.isnan(value) else value for value in log_odds.tolist()]
     data = encode_frame("points", asked, {"points": points})
     frame = as_frame(service.http.post(f"/v1/maps/{lab}/points", content=data, headers=FRAME_HEADERS))
-    assert frame.kind == "occupancy" and frame.fields == {"revision": 1}
+    assert frame.kind == "occupancy"
+    assert frame.fields == {"revision": 1}
     assert np.array_equal(frame.array("states"), states)
     assert np.array_equal(frame.array("log_odds"), log_odds, equal_nan=True)
 
@@ -196,7 +198,8 @@ def test_boxes_are_answered_as_the_kernel_does_in_both_forms(
     assert answer == {"revision": 1, "states": states.tolist()}
     data = encode_frame("boxes", {}, {"lo": lo, "hi": hi})
     frame = as_frame(service.http.post(f"/v1/maps/{lab}/boxes", content=data, headers=FRAME_HEADERS))
-    assert frame.kind == "occupancy" and np.array_equal(frame.array("states"), states)
+    assert frame.kind == "occupancy"
+    assert np.array_equal(frame.array("states"), states)
 
 
 @pytest.mark.parametrize("unknown", ["free", "occupied"])
@@ -209,7 +212,8 @@ def test_rays_are_answered_as_the_kernel_does_in_both_forms(
     hits = snapshot.cast_rays(origins, directions, 6.0, unknown)
     query = {"origins": origins.tolist(), "directions": directions.tolist(), "max_range_m": 6.0, "unknown": unknown}
     answer = service.http.post(f"/v1/maps/{lab}/rays", json=query).json()
-    assert answer["hit"] == hits.hit.tolist() and answer["voxel"] == hits.voxel.tolist()
+    assert answer["hit"] == hits.hit.tolist()
+    assert answer["voxel"] == hits.voxel.tolist()
     assert answer["t_m"] == hits.t_m.tolist()
     data = encode_frame(
         "rays", {"max_range_m": 6.0, "unknown": unknown}, {"origins": origins, "directions": directions.astype("<f4")}
@@ -253,7 +257,8 @@ def test_changes_name_the_revisions_they_lead_between(service: ServiceProcess, l
         put_scan(service.http, lab, *scan_frame(some_points(seed)))
     frame = as_frame(service.http.get(f"/v1/maps/{lab}/changes?since=2"))
     fields = {name: frame.fields[name] for name in ("since", "revision", "resolution_m", "depth")}
-    assert frame.kind == "changes" and fields == {"since": 2, "revision": 3, "resolution_m": 0.25, "depth": 16}
+    assert frame.kind == "changes"
+    assert fields == {"since": 2, "revision": 3, "resolution_m": 0.25, "depth": 16}
     assert {name: frame.array(name).dtype.str for name in frame.payloads} == {
         "region_keys": "<i4",
         "region_depth": "|u1",
@@ -262,7 +267,8 @@ def test_changes_name_the_revisions_they_lead_between(service: ServiceProcess, l
         "log_odds": "<f4",
     }
     ahead = as_frame(service.http.get(f"/v1/maps/{lab}/changes?since=99"))
-    assert ahead.fields["full"] is True and ahead.fields["revision"] == 3
+    assert ahead.fields["full"] is True
+    assert ahead.fields["revision"] == 3
 
 
 @pytest.mark.parametrize("format", ["bt", "ot", "ply"])
@@ -278,17 +284,20 @@ def test_a_maps_info_says_what_it_is_and_how_far_it_got(service: ServiceProcess)
     model = {"p_hit": 0.8, "p_miss": 0.3, "p_clamp_min": 0.1, "p_clamp_max": 0.95, "p_occupied": 0.6}
     body = {"name": "Own.model-1_x", "resolution_m": 0.5, "depth": 18, "sensor_model": model}
     created = service.http.post("/v1/maps", json=body)
-    assert created.status_code == 201 and created.headers["location"] == "/v1/maps/Own.model-1_x"
+    assert created.status_code == 201
+    assert created.headers["location"] == "/v1/maps/Own.model-1_x"
     info = created.json()
     assert {name: info[name] for name in body} == body
-    assert info["state"] == "open" and info["revision"] == 0
+    assert info["state"] == "open"
+    assert info["revision"] == 0
     put_scan(service.http, "Own.model-1_x", *scan_frame(some_points()))
     info = service.http.get("/v1/maps/Own.model-1_x?statistics=true").json()
     numbers = ("revision", "scans_acknowledged", "scans_applied", "last_sequence", "applied_sequence", "queue_bytes")
     assert [info[name] for name in numbers] == [1, 1, 1, 1, 1, 0]
-    assert info["statistics"]["occupied_leaves"] > 0 and info["memory_bytes"] > 0
+    assert info["statistics"]["occupied_leaves"] > 0
+    assert info["memory_bytes"] > 0
     listed = service.http.get("/v1/maps").json()["maps"]
-    assert [entry for entry in listed if entry["name"] == "Own.model-1_x"][0]["last_sequence"] == 1
+    assert next(entry for entry in listed if entry["name"] == "Own.model-1_x")["last_sequence"] == 1
 
 
 def test_a_deleted_map_is_gone_and_its_name_is_free(service: ServiceProcess, lab: str) -> None:
@@ -305,7 +314,9 @@ def test_the_version_and_health_are_told(service: ServiceProcess) -> None:
     assert service.http.get("/v1/health").json() == {"status": "ok"}
     assert service.http.get("/v1/ready").status_code == 200
     version = service.http.get("/v1/version").json()
-    assert version["api"] == "v1" and version["service"] and version["kernel"]
+    assert version["api"] == "v1"
+    assert version["service"]
+    assert version["kernel"]
 
 
 def test_everything_but_health_needs_the_key_where_there_is_one(tmp_path: Path) -> None:
@@ -328,7 +339,8 @@ def test_a_stopped_service_leaves_a_map_that_starts_again(tmp_path: Path) -> Non
             put_scan(service.http, "lab", *scan_frame(some_points(seed)), wait="journaled")
     with ServiceProcess(tmp_path) as service:
         info = service.await_ready().http.get("/v1/maps/lab").json()
-        assert info["scans_applied"] == info["scans_acknowledged"] == 5 and info["journal_cut"] is None
+        assert info["scans_applied"] == info["scans_acknowledged"] == 5
+        assert info["journal_cut"] is None
         assert served_leaves(service.http, "lab") == kernel_leaves(*({"points": some_points(s)} for s in range(5)))
 
 
@@ -355,11 +367,13 @@ def test_half_created_and_half_deleted_maps_are_swept_away(tmp_path: Path) -> No
         (tmp_path / folder / "leftover" / "map.json").write_text("{")
     with ServiceProcess(tmp_path) as service:
         assert service.await_ready().http.get("/v1/maps").json() == {"maps": []}
-        assert not any((tmp_path / "staging").iterdir()) and not any((tmp_path / "trash").iterdir())
+        assert not any((tmp_path / "staging").iterdir())
+        assert not any((tmp_path / "trash").iterdir())
 
 
 def test_large_answers_come_whole(service: ServiceProcess, lab: str) -> None:
     points = np.random.default_rng(1).uniform(-20, 20, (50_000, 3))
     data = encode_frame("points", {}, {"points": points})
     frame = as_frame(service.http.post(f"/v1/maps/{lab}/points", content=data, headers=FRAME_HEADERS))
-    assert frame.array("states").shape == (50_000,) and json.dumps(frame.fields)
+    assert frame.array("states").shape == (50_000,)
+    assert json.dumps(frame.fields)

@@ -12,10 +12,10 @@ import httpx
 import numpy as np
 import pytest
 from rayvox import OccupancyMap
+from rayvox_service.frame import UNLIMITED, Frame, decode_frame
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from rayvox_service.frame import UNLIMITED, Frame, decode_frame
 from tests.support.service_process import (
     ServiceProcess,
     create_map,
@@ -113,7 +113,8 @@ def test_a_bad_scan_is_answered_in_its_place_and_the_stream_goes_on(service: Ser
     assert [answer["type"] for answer in answers] == ["ack", "error", "ack", "ack"]
     assert answers[1]["scan_id"] == str(bad[0])
     problem = answers[1]["problem"]
-    assert problem["type"] == "urn:rayvox:problem:invalid-input" and problem["status"] == 422
+    assert problem["type"] == "urn:rayvox:problem:invalid-input"
+    assert problem["status"] == 422
     assert problem["instance"] == f"/v1/maps/{lab}/stream"
     assert [answer.get("duplicate") for answer in answers] == [False, None, True, False]
     assert [answer.get("sequence") for answer in answers] == [1, None, 1, 2]
@@ -131,7 +132,8 @@ def test_a_broken_frame_is_named_and_closes_the_stream(service: ServiceProcess, 
         assert answer["problem"]["type"] == "urn:rayvox:problem:invalid-frame"
         with pytest.raises(ConnectionClosed) as closed:
             stream.recv(timeout=20)
-    assert closed.value.rcvd is not None and closed.value.rcvd.code == 1007
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1007
     assert service.http.get(f"/v1/maps/{lab}").json()["scans_acknowledged"] == 1
 
 
@@ -142,14 +144,16 @@ def test_a_text_message_is_refused(service: ServiceProcess, lab: str) -> None:
         assert told(stream)["problem"]["type"] == "urn:rayvox:problem:invalid-frame"
         with pytest.raises(ConnectionClosed) as closed:
             stream.recv(timeout=20)
-    assert closed.value.rcvd is not None and closed.value.rcvd.code == 1008
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1008
 
 
 def test_a_stream_to_no_map_is_refused_with_a_problem_before_it_opens(service: ServiceProcess) -> None:
     with pytest.raises(InvalidStatus) as refused:
         open_stream(service.url, "none").close()
     response = refused.value.response
-    assert response.status_code == 404 and response.headers["content-type"] == "application/problem+json"
+    assert response.status_code == 404
+    assert response.headers["content-type"] == "application/problem+json"
     assert json.loads(response.body or b"")["type"] == "urn:rayvox:problem:map-not-found"
 
 
@@ -217,7 +221,8 @@ def test_a_subscriber_follows_the_map_to_its_last_leaf(service: ServiceProcess, 
         service.http.post(f"/v1/maps/{lab}/clear", json={"lo": [0, 0, 0], "hi": [3, 3, 3]})
         while copy.revision < 9:
             copy.apply(change(stream))
-    assert copy.leaves == served_leaves(service.http, lab) and copy.leaves
+    assert copy.leaves == served_leaves(service.http, lab)
+    assert copy.leaves
 
 
 def test_a_subscriber_that_comes_back_gets_only_what_it_missed(service: ServiceProcess, lab: str) -> None:
@@ -229,7 +234,8 @@ def test_a_subscriber_that_comes_back_gets_only_what_it_missed(service: ServiceP
     with open_stream(service.url, lab, f"?subscribe=true&since={copy.revision}") as stream:
         missed = change(stream)
     copy.apply(missed)
-    assert not missed.fields["full"] and len(missed.array("keys")) < len(copy.leaves) / 2
+    assert not missed.fields["full"]
+    assert len(missed.array("keys")) < len(copy.leaves) / 2
     assert copy.leaves == served_leaves(service.http, lab)
 
 
@@ -299,4 +305,5 @@ def test_a_stream_does_not_hold_up_the_services_stop(tmp_path: Path) -> None:
             with pytest.raises(ConnectionClosed):
                 stream.recv(timeout=20)
             # The graceful wait is ten seconds; the process itself is given thirty by stop().
-            assert service.process.returncode is not None and time.monotonic() - started < 30
+            assert service.process.returncode is not None
+            assert time.monotonic() - started < 30

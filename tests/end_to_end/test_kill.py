@@ -12,10 +12,10 @@ from typing import Any
 import httpx
 import pytest
 from rayvox import OccupancyMap
+from rayvox_service.journal_record import record_header
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from rayvox_service.journal_record import record_header
 from tests.support.service_nursery import ServiceNursery
 from tests.support.service_process import create_map, leaf_dict, put_scan, scan_frame, served_leaves, some_points
 
@@ -137,7 +137,8 @@ def assert_nothing_lost_or_doubled(info: dict[str, Any], uploaders: list[Uploade
     assert acknowledged <= info["scans_acknowledged"] <= acknowledged + in_flight
     assert info["scans_applied"] == info["last_sequence"] == info["revision"] == info["scans_acknowledged"]
     sequences = [sequence for uploader in uploaders for sequence in uploader.acknowledged.values()]
-    assert len(set(sequences)) == len(sequences) and max(sequences, default=0) <= info["last_sequence"]
+    assert len(set(sequences)) == len(sequences)
+    assert max(sequences, default=0) <= info["last_sequence"]
 
 
 def map_without_kills(uploaders: list[Uploader]) -> dict[tuple[int, ...], float]:

@@ -17,7 +17,6 @@ from typing import Any, Self
 import httpx
 import numpy as np
 import numpy.typing as npt
-
 from rayvox_service.frame import MEDIA_TYPE, UNLIMITED, Frame, decode_frame, encode_frame
 
 FRAME_HEADERS = {"Content-Type": MEDIA_TYPE}
@@ -130,5 +129,6 @@ def assert_problem(response: httpx.Response, status: int, slug: str) -> Mapping[
     assert problem["type"] == f"urn:rayvox:problem:{slug}"
     assert problem["status"] == status
     assert problem["instance"] == response.url.path
-    assert problem["title"] and problem["detail"]
+    assert problem["title"]
+    assert problem["detail"]
     return problem

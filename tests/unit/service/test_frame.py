@@ -14,7 +14,6 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-
 from rayvox_service.frame import (
     DTYPES,
     UNLIMITED,
@@ -25,6 +24,7 @@ from rayvox_service.frame import (
     encode_frame,
     encode_frame_parts,
 )
+
 from tests.golden.golden_frames import FOLDER, FRAMES, slow_crc32c
 
 LIMITS = FrameLimits(1 << 20, 1 << 20)
@@ -101,9 +101,11 @@ def test_the_hand_written_checksum_is_castagnolis() -> None:
 def test_any_arrays_come_back_bit_for_bit(arrays: dict[str, Any], zstd: bool, note: str) -> None:
     data = encode_frame("x", {"note": note}, arrays, zstd=zstd)
     frame = decode_frame(data, UNLIMITED)
-    assert frame.fields == {"note": note} and list(frame.payloads) == list(arrays)
+    assert frame.fields == {"note": note}
+    assert list(frame.payloads) == list(arrays)
     for name, array in arrays.items():
-        assert frame.array(name).dtype == array.dtype and frame.array(name).shape == array.shape
+        assert frame.array(name).dtype == array.dtype
+        assert frame.array(name).shape == array.shape
         assert frame.array(name).tobytes() == array.tobytes()
     assert all(payload.offset % 64 == 0 for payload in frame.payloads.values())
     assert b"".join(encode_frame_parts("x", {"note": note}, arrays, zstd=zstd)) == data

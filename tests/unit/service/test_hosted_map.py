@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from rayvox import OccupancyMap
-
 from rayvox_service.hosted_map import HostedMap, MapOpenError
 from rayvox_service.journal import list_segments
 from rayvox_service.map_config import MapConfig, write_map_config
 from rayvox_service.problems import Problem
 from rayvox_service.settings import Settings
 from rayvox_service.submission import Receipt
+
 from tests.support.service_process import leaf_dict, scan_frame, some_points
 
 RESOLUTION_M = 0.25
@@ -68,7 +68,8 @@ def test_a_scan_is_in_the_map_with_what_the_kernel_says_about_it(open_map: Opene
     hosted = open_map()
     receipt = insert(hosted, 1)
     assert (receipt.sequence, receipt.status, receipt.revision, receipt.duplicate) == (1, "applied", 1, False)
-    assert receipt.statistics is not None and receipt.statistics["ray_count"] == 200
+    assert receipt.statistics is not None
+    assert receipt.statistics["ray_count"] == 200
     assert leaves(hosted) == expected_leaves([1])
 
 
@@ -98,7 +99,7 @@ def test_a_retry_is_answered_with_the_first_scans_sequence(open_map: Opener) -> 
 
 def test_retries_that_arrive_together_are_journaled_once(open_map: Opener) -> None:
     hosted = open_map()
-    scan_id, data = scan_frame(some_points(1))
+    _scan_id, data = scan_frame(some_points(1))
     receipts = [submission.applied.result(20) for submission in [hosted.writer.submit_scan(data) for _ in range(20)]]
     assert sorted(receipt.duplicate for receipt in receipts) == [False] + [True] * 19
     assert {receipt.sequence for receipt in receipts} == {1}
@@ -172,7 +173,9 @@ def test_a_cut_journal_is_said_in_the_maps_info(open_map: Opener, tmp_path: Path
     again = HostedMap(tmp_path, hosted.config, Settings(data_dir=tmp_path))
     try:
         cut = again.info()["journal_cut"]
-        assert cut["after_sequence"] == 2 and cut["bytes_cut"] > 0 and cut["segment"] == segment.name
+        assert cut["after_sequence"] == 2
+        assert cut["bytes_cut"] > 0
+        assert cut["segment"] == segment.name
         assert leaves(again) == expected_leaves([0, 1])
     finally:
         again.close(STOPPING, drain=True)
@@ -255,7 +258,8 @@ def test_a_full_queue_refuses_and_takes_again_once_there_is_room(
     with pytest.raises(Problem) as caught:
         for seed in range(100):
             taken.append(hosted.writer.submit_scan(scan_frame(some_points(seed))[1]))
-    assert caught.value.slug == "overloaded" and caught.value.headers["Retry-After"]
+    assert caught.value.slug == "overloaded"
+    assert caught.value.headers["Retry-After"]
     assert 2 <= len(taken) < 20
     gate.opened.set()
     for submission in taken:
@@ -271,7 +275,8 @@ def test_a_journaled_scan_is_acknowledged_before_it_is_applied(
     hosted = open_map()
     submission = hosted.writer.submit_scan(scan_frame(some_points(1))[1])
     assert submission.journaled.result(20).status == "journaled"
-    assert not submission.applied.done() and hosted.published.revision == 0
+    assert not submission.applied.done()
+    assert hosted.published.revision == 0
     gate.opened.set()
     assert submission.applied.result(20).revision == 1
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
 from rayvox_service.frame import encode_frame
 from rayvox_service.journal import SEGMENT_HEADER, Journal, list_segments
 from rayvox_service.journal_recovery import JournalCut, JournalGapError, JournalRecovery
@@ -131,13 +130,17 @@ def test_a_torn_tail_is_cut_at_the_last_good_record(tmp_path: Path, data: st.Dat
     os.truncate(path, size)
     whole = max(sum(end <= size for end in ends) - 1, 0)
     numbers, recovery, cut = recover(directory)
-    assert numbers == list(range(1, whole + 1)) and recovery.last_sequence == whole
+    assert numbers == list(range(1, whole + 1))
+    assert recovery.last_sequence == whole
     if size in ends:
         assert cut is None
     else:
-        assert cut is not None and cut.after_sequence == whole and cut.kept_as == []
+        assert cut is not None
+        assert cut.after_sequence == whole
+        assert cut.kept_as == []
         assert cut.bytes_cut == size - (ends[whole] if size >= ends[0] else 0)
-    assert recover(directory)[0] == numbers and recover(directory)[2] is None
+    assert recover(directory)[0] == numbers
+    assert recover(directory)[2] is None
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -154,7 +157,8 @@ def test_a_bit_flipped_tail_is_cut_at_the_last_good_record_and_set_aside(tmp_pat
     whole = max(sum(end <= position for end in ends) - 1, 0)
     numbers, _, cut = recover(directory)
     assert numbers == list(range(1, whole + 1))
-    assert cut is not None and cut.after_sequence == whole
+    assert cut is not None
+    assert cut.after_sequence == whole
     kept = b"".join((directory / name).read_bytes() for name in cut.kept_as)
     assert kept == bytes(content[cut.at_byte :])
 
@@ -167,7 +171,9 @@ def test_anything_behind_the_last_record_is_cut(tmp_path: Path, garbage: bytes) 
     with list_segments(directory)[0].path.open("ab") as file:
         file.write(garbage)
     numbers, _, cut = recover(directory)
-    assert numbers == [1, 2] and cut is not None and cut.bytes_cut == len(garbage)
+    assert numbers == [1, 2]
+    assert cut is not None
+    assert cut.bytes_cut == len(garbage)
 
 
 @pytest.mark.parametrize("damaged", [0, 1, 2])
@@ -180,7 +186,8 @@ def test_damage_in_an_earlier_segment_sets_the_later_ones_aside(fresh: Path, dam
     path.write_bytes(content)
     numbers, recovery, cut = recover(fresh)
     assert numbers == list(range(1, segments[damaged + 1].first_sequence - 1))
-    assert cut is not None and len(cut.kept_as) == len(segments) - damaged
+    assert cut is not None
+    assert len(cut.kept_as) == len(segments) - damaged
     assert recovery.last_sequence == len(numbers)
 
 

@@ -4,7 +4,7 @@ import json
 import socket
 import struct
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -172,7 +172,7 @@ def corrupt(data: bytes, position: int) -> bytes:
     return data[:position] + bytes([data[position] ^ 1]) + data[position + 1 :]
 
 
-BAD_SCANS = {
+BAD_SCANS: dict[str, tuple[Callable[[], tuple[uuid.UUID, bytes]], int, str]] = {
     "no bytes": (lambda: (uuid.uuid4(), b""), 400, "invalid-frame"),
     "wrong magic": (lambda: (uuid.uuid4(), b"PCD1" + bytes(100)), 400, "invalid-frame"),
     "wrong CRC": (lambda: (uuid.uuid4(), corrupt(scan_frame(some_points())[1], 600)), 400, "invalid-frame"),

@@ -4,6 +4,7 @@ import json
 import socket
 import threading
 import time
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,20 @@ from tests.support.service_process import (
 
 def open_stream(url: str, name: str, query: str = "", **options: Any) -> ClientConnection:
     address = f"{url.replace('http', 'ws')}/v1/maps/{name}/stream{query}"
-    return connect(address, compression=None, max_size=None, open_timeout=20, **options)
+    stream: ClientConnection = connect(address, compression=None, max_size=None, open_timeout=20, **options)
+    return stream
+
+
+def send_all(stream: ClientConnection, scans: list[tuple[uuid.UUID, bytes]]) -> threading.Thread:
+    """Sends in a thread of its own, as a sender that does not wait for answers would."""
+
+    def run() -> None:
+        for _, data in scans:
+            stream.send(data)
+
+    sender = threading.Thread(target=run, daemon=True)
+    sender.start()
+    return sender
 
 
 def told(stream: ClientConnection) -> dict[str, Any]:
@@ -91,8 +105,7 @@ def test_every_scan_is_acknowledged_once_in_the_order_it_was_sent(service: Servi
     scans = [scan_frame(some_points(seed)) for seed in range(30)]
     with open_stream(service.url, lab) as stream:
         told(stream)
-        sender = threading.Thread(target=lambda: [stream.send(data) for _, data in scans])
-        sender.start()
+        sender = send_all(stream, scans)
         acks = [told(stream) for _ in scans]
         sender.join()
     assert acks == [
@@ -204,8 +217,7 @@ def test_a_sender_that_reads_no_acknowledgements_is_held_back_not_buffered(tmp_p
         scans = [scan_frame(some_points(seed, count=2000)) for seed in range(60)]
         with open_stream(service.url, "lab") as stream:
             assert told(stream)["max_in_flight"] == 2
-            sender = threading.Thread(target=lambda: [stream.send(data) for _, data in scans])
-            sender.start()
+            sender = send_all(stream, scans)
             acks = [told(stream)["scan_id"] for _ in scans]
             sender.join()
         assert acks == [str(scan_id) for scan_id, _ in scans]

@@ -58,7 +58,7 @@ class Address:
 
 
 class Uploader(threading.Thread):
-    """Sends its own scans in order and notes the sequence of each acknowledgement; resends what was not acknowledged."""
+    """Sends its own scans in order, notes the sequence of each acknowledgement, resends what got none."""
 
     in_flight = 1
 

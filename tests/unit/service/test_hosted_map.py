@@ -255,9 +255,13 @@ def test_a_full_queue_refuses_and_takes_again_once_there_is_room(
     gate = Gate(monkeypatch)
     hosted = open_map(queue_bytes=30_000)
     taken = []
-    with pytest.raises(Problem) as caught:
+
+    def submit_many() -> None:
         for seed in range(100):
             taken.append(hosted.writer.submit_scan(scan_frame(some_points(seed))[1]))
+
+    with pytest.raises(Problem) as caught:
+        submit_many()
     assert caught.value.slug == "overloaded"
     assert caught.value.headers["Retry-After"]
     assert 2 <= len(taken) < 20

@@ -39,7 +39,12 @@ def test_a_failure_reaches_all_now_and_later() -> None:
 
 def test_no_waiter_is_missed_while_the_counter_runs() -> None:
     waiters = Waiters(0)
-    runner = threading.Thread(target=lambda: [waiters.advance(value) for value in range(1, 2001)])
+
+    def run() -> None:
+        for value in range(1, 2001):
+            waiters.advance(value)
+
+    runner = threading.Thread(target=run)
     runner.start()
     results = [waiters.reached(value).result(20) for value in range(1, 2001)]
     runner.join()

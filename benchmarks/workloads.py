@@ -22,7 +22,7 @@ class RayScan:
 
 @dataclass(frozen=True)
 class Workload:
-    """Scans to insert in this order. Rays longer than `max_range_m` are cut, so that OctoMap clears what met nothing."""
+    """Scans in the order to insert them. Rays beyond `max_range_m` are cut: so OctoMap clears what met nothing, too."""
 
     name: str
     resolution_m: float

@@ -9,6 +9,7 @@
 #include "rayvox/error.hpp"
 #include "rayvox/octree/leaves.hpp"
 #include "rayvox/octree/map_statistics.hpp"
+#include "rayvox/octree/maximum_likelihood.hpp"
 #include "rayvox/octree/node_stream.hpp"
 
 namespace rayvox {
@@ -83,7 +84,10 @@ Header parse_header(std::string_view bytes) {
 
 }  // namespace
 
-std::string to_bt(const MapSnapshot& map) { return with_header(map, binary_magic, write_binary_nodes(map)); }
+std::string to_bt(const MapSnapshot& map) {
+  const MapSnapshot labels = maximum_likelihood(map);
+  return with_header(labels, binary_magic, write_binary_nodes(labels));
+}
 
 std::string to_ot(const MapSnapshot& map) { return with_header(map, full_magic, write_nodes(map)); }
 

@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 BIN = VENV / "bin"
 PYTHON = BIN / "python"
-LOG = VENV / "bootstrap.log"
+LOG = ROOT / "build" / "bootstrap.log"
 BUILT_FROM = ("pyproject.toml", "core/CMakeLists.txt", "core/cpp", "core/bindings", "clients/python/pyproject.toml")
 CXX20_PROBE = "#include <concepts>\n#include <span>\n#include <bit>\nint main() { return std::popcount(0u); }\n"
 
@@ -135,7 +135,7 @@ def install(extra: str) -> None:
         "-e",
         target,
     ]
-    logged(pip, "building the kernel and installing rayvox (minutes the first time)", environment)
+    logged(pip, "fetching packages and building the kernel (minutes the first time)", environment)
     stamp.write_text(wanted)
 
 
@@ -185,18 +185,22 @@ def run(command: list[str | Path], environment: dict[str, str] | None = None) ->
 
 
 def logged(command: list[str | Path], what: str, environment: dict[str, str] | None = None) -> None:
-    """Run a command quietly and say what it does; on failure show the end of its output."""
-    print(f"rayvox: {what} ... ", end="", flush=True)
+    """Run a command quietly, its output in build/bootstrap.log; on failure show the end of it."""
+    LOG.parent.mkdir(exist_ok=True)
     started = time.monotonic()
-    done = subprocess.run(
-        command, cwd=ROOT, env={**os.environ, **(environment or {})}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        text=True, errors="replace", check=False,
-    )  # fmt: skip
-    print(f"{time.monotonic() - started:.0f} s" if done.returncode == 0 else "failed", flush=True)
-    if VENV.is_dir():
-        LOG.write_text(done.stdout)
-    if done.returncode != 0:
-        print("\n".join(done.stdout.splitlines()[-30:]), file=sys.stderr)
+    with LOG.open("wb") as log:
+        process = subprocess.Popen(
+            command, cwd=ROOT, env={**os.environ, **(environment or {})}, stdout=log, stderr=subprocess.STDOUT
+        )
+        if not sys.stdout.isatty():
+            print(f"rayvox: {what} ...", flush=True)
+        while process.poll() is None:
+            if sys.stdout.isatty():
+                print(f"\rrayvox: {what} ... {time.monotonic() - started:.0f} s", end="", flush=True)
+            time.sleep(0.2)
+    print("" if sys.stdout.isatty() else f"rayvox: {time.monotonic() - started:.0f} s", flush=True)
+    if process.returncode != 0:
+        print("\n".join(LOG.read_text(errors="replace").splitlines()[-30:]), file=sys.stderr)
         raise SetUpError(f"{what} failed; the whole output is in {LOG.relative_to(ROOT)}")
 
 

@@ -22,10 +22,10 @@ def add_connection_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--api-key", help="its key; the variable RAYVOX_API_KEY keeps it out of the process list")
 
 
-def connect(url: str, api_key: str | None = None) -> Client:
+def connect(url: str, api_key: str | None = None, retries: int = 2) -> Client:
     """A client of the service at `url`. Raises CommandError where the client is not installed."""
     try:
         from rayvox_client import Client
     except ImportError as error:
         raise CommandError(f"this command needs the client ({error}); pip install rayvox-client") from error
-    return Client(url, api_key=api_key or os.environ.get("RAYVOX_API_KEY") or None)
+    return Client(url, api_key or os.environ.get("RAYVOX_API_KEY") or None, retries=retries)

@@ -24,13 +24,13 @@ LOG_NAME = "service.log"
 class ServiceProcess:
     """Context manager: `rayvox serve` on the loopback address, its output in `data_dir`/service.log.
 
-    wanted_port: taken where it is free, else any free one is.
+    wanted_port: taken where it is free, else (or for 0) any free one is.
     """
 
     def __init__(self, data_dir: Path, wanted_port: int) -> None:
         self.data_dir = data_dir
         self.log = data_dir / LOG_NAME
-        self.port = wanted_port if _is_free(wanted_port) else _any_free_port()
+        self.port = wanted_port if wanted_port and _is_free(wanted_port) else _any_free_port()
         self.url = f"http://{HOST}:{self.port}"
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -83,7 +83,7 @@ class ServiceProcess:
         from rayvox_client import ConnectionFailedError, ServiceError
 
         limit = time.monotonic() + START_LIMIT_S
-        with connect(self.url) as client:
+        with connect(self.url, retries=0) as client:
             while time.monotonic() < limit:
                 if self._process is None or self._process.poll() is not None:
                     raise CommandError(f"the service did not start; {self._last_words()}")

@@ -61,7 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
         intrinsics=_intrinsics(arguments.intrinsics),
         depth_scale_m=arguments.depth_scale,
     )
-    with connect(arguments.url, arguments.api_key) as client:
+    # A robot's link may drop for a while; the upload goes on after it.
+    with connect(arguments.url, arguments.api_key, retries=8) as client:
         _ensure_map(client, arguments.map, arguments.resolution, arguments.levels)
         report = client.upload_sequence(
             arguments.map,

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from rayvox.errors import MissingDependencyError, ScanFormatError
 from rayvox.scan_io import decode_cloud, read_points
 

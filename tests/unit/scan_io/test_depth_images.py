@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from rayvox.errors import InvalidInputError, ScanFormatError
 from rayvox.scan_io import DepthIntrinsics, depth_to_points, read_depth_png, read_points
 

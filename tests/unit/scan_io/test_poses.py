@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from rayvox.errors import ScanFormatError
 from rayvox.scan_io import Recording, list_scan_files, match_poses, read_poses
 from rayvox.simulation import rigid_transform, rotation_from_rpy

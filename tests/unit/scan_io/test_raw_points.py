@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from rayvox.errors import RayvoxError, ScanFormatError
 from rayvox.scan_io import read_points
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import numpy as np
-
 from rayvox.simulation import T_BASE_CAMERA, DepthCamera, Intrinsics, RobotRun, SpinningLidar, robot_boxes, robot_poses
 
 SMALL_CAMERA = DepthCamera(Intrinsics(width=40, height=30, fx=33.0, fy=33.0, cx=19.5, cy=14.5))

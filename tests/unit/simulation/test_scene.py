@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-
 from rayvox.simulation import Scene, Sphere, make_building, robot_poses
 from rayvox.simulation.robot_path import ROBOT_GROUND_CLEARANCE_M, ROBOT_SIZE_M
 

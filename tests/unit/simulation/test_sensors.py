@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from rayvox.scan_io import DepthIntrinsics, depth_to_points
 from rayvox.simulation import (
     Box,

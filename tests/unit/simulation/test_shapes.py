@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-
 from rayvox.simulation import Box, Cylinder, Placement, Scene, Shape, Sphere, rotation_from_rpy
 
 TURNED = rotation_from_rpy(roll_rad=0.4, pitch_rad=-0.7, yaw_rad=2.1)

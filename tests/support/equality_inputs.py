@@ -75,6 +75,7 @@ EQUALITY_INPUTS = (
     EqualityInput("redwood_rgbd_at_1_cm", 0.01, lambda: _in_map(datasets.redwood_rgbd(8)[:3])),
     EqualityInput("room", 0.1, lambda: _room(1, 3.987)),
     EqualityInput("room_with_walls_on_cell_faces", 0.125, lambda: _room(2, 3.0)),
+    EqualityInput("room_seen_until_it_saturates", 0.1, lambda: _room(3, 1.987) * 4),
     EqualityInput("simulated_depth_views", 0.05, lambda: _simulated(True, 8), 9.99),
     EqualityInput("simulated_lidar_sweeps", 0.2, lambda: _simulated(False, 3), 39.9),
 )

@@ -77,7 +77,7 @@ def test_the_service_stays_up_at_its_url(left_up: tuple[Path, str]) -> None:
 
 def test_info_shows_the_map_and_its_statistics(left_up: tuple[Path, str]) -> None:
     folder, url = left_up
-    assert re.search(r"^  demo +0\.1 m  revision 7  7 scans", rayvox(folder, "info", "--url", url), re.MULTILINE)
+    assert re.search(r"^  demo +0\.1 m  revision 7  scans 7", rayvox(folder, "info", "--url", url), re.MULTILINE)
     assert re.search(r"^occupied +[\d,]+ leaves", rayvox(folder, "info", "demo", "--url", url), re.MULTILINE)
 
 

@@ -32,11 +32,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _show_service(url: str, api_key: str | None) -> None:
     with connect(url, api_key) as client:
         version, maps = client.version(), client.list_maps()
-    print(f"{url}: service {version.service}, kernel {version.kernel}, API {version.api}; {len(maps)} maps")
+    print(f"{url}: service {version.service}, kernel {version.kernel}, API {version.api}; maps: {len(maps)}")
     for item in maps:
         waiting = item.scans_acknowledged - item.scans_applied
         print(
-            f"  {item.name:<24} {item.resolution_m:g} m  revision {item.revision}  {item.scans_applied} scans"
+            f"  {item.name:<24} {item.resolution_m:g} m  revision {item.revision}  scans {item.scans_applied}"
             f"{f' (+{waiting} waiting)' if waiting else ''}  {byte_text(item.memory_bytes)}"
         )
 

@@ -65,10 +65,17 @@ void bind_map(nb::module_& m) {
       .def_prop_ro("workspace_bytes", &OccupancyMap::workspace_bytes, nb::call_guard<Release>())
       .def("snapshot", &OccupancyMap::snapshot, nb::call_guard<Release>())
       .def("prepare", &prepare<Points32>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),
-           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"))
+           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"),
+           nb::sig("def prepare(self, points: NDArray[numpy.float32], T_map_sensor: NDArray[numpy.float64] | None, "
+                   "origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, "
+                   "discretize: bool) -> PreparedScan"))
       .def("prepare", &prepare<Points64>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),
-           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"))
-      .def("insert", &insert, nb::arg("scan"))
+           nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"),
+           nb::sig("def prepare(self, points: NDArray[numpy.float64], T_map_sensor: NDArray[numpy.float64] | None, "
+                   "origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, "
+                   "discretize: bool) -> PreparedScan"))
+      .def("insert", &insert, nb::arg("scan"),
+           nb::sig("def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]"))
       .def(
           "clear_box",
           [](OccupancyMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {
@@ -76,7 +83,8 @@ void bind_map(nb::module_& m) {
             Release release;
             return map.clear_box(low, high);
           },
-          nb::arg("low_m"), nb::arg("high_m"));
+          nb::arg("low_m"), nb::arg("high_m"),
+          nb::sig("def clear_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) -> int"));
 }
 
 }  // namespace rayvox::bindings

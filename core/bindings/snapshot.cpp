@@ -147,23 +147,39 @@ MapSnapshot from_nodes(const nb::bytes& bytes, double resolution_m, int depth, c
 
 }  // namespace
 
+// Return types for the stub, which cannot see into tuples and objects.
+#define RAYVOX_LEAVES "tuple[NDArray[numpy.int64], NDArray[numpy.uint8], NDArray[numpy.float32]]"
+
 void bind_snapshot(nb::module_& m) {
   nb::class_<MapSnapshot>(m, "MapSnapshot")
       .def_prop_ro("resolution_m", [](const MapSnapshot& map) { return map.geometry.resolution_m(); })
       .def_prop_ro("depth", [](const MapSnapshot& map) { return map.geometry.depth(); })
       .def_ro("revision", &MapSnapshot::revision)
       .def_prop_ro("nbytes", &memory_bytes)
-      .def("leaves", &leaves)
-      .def("leaves_in_box", &leaves_in, nb::arg("low_m"), nb::arg("high_m"))
-      .def("changes", &changes, nb::arg("since"))
-      .def("log_odds_at", &log_odds<Points32>, nb::arg("points"), nb::arg("level"))
-      .def("log_odds_at", &log_odds<Points64>, nb::arg("points"), nb::arg("level"))
-      .def("states_at", &states<Points32>, nb::arg("points"), nb::arg("level"))
-      .def("states_at", &states<Points64>, nb::arg("points"), nb::arg("level"))
-      .def("box_states", &box_states, nb::arg("low_m"), nb::arg("high_m"))
+      .def("leaves", &leaves, nb::sig("def leaves(self) -> " RAYVOX_LEAVES))
+      .def("leaves_in_box", &leaves_in, nb::arg("low_m"), nb::arg("high_m"),
+           nb::sig("def leaves_in_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) -> "
+                   RAYVOX_LEAVES))
+      .def("changes", &changes, nb::arg("since"),
+           nb::sig("def changes(self, since: int) -> tuple[bool, NDArray[numpy.int64], NDArray[numpy.uint8], "
+                   RAYVOX_LEAVES "]"))
+      .def("log_odds_at", &log_odds<Points32>, nb::arg("points"), nb::arg("level"),
+           nb::sig("def log_odds_at(self, points: NDArray[numpy.float32], level: int) -> NDArray[numpy.float32]"))
+      .def("log_odds_at", &log_odds<Points64>, nb::arg("points"), nb::arg("level"),
+           nb::sig("def log_odds_at(self, points: NDArray[numpy.float64], level: int) -> NDArray[numpy.float32]"))
+      .def("states_at", &states<Points32>, nb::arg("points"), nb::arg("level"),
+           nb::sig("def states_at(self, points: NDArray[numpy.float32], level: int) -> NDArray[numpy.uint8]"))
+      .def("states_at", &states<Points64>, nb::arg("points"), nb::arg("level"),
+           nb::sig("def states_at(self, points: NDArray[numpy.float64], level: int) -> NDArray[numpy.uint8]"))
+      .def("box_states", &box_states, nb::arg("low_m"), nb::arg("high_m"),
+           nb::sig("def box_states(self, low_m: NDArray[numpy.float64], high_m: NDArray[numpy.float64]) -> "
+                   "NDArray[numpy.uint8]"))
       .def("cast_rays", &cast, nb::arg("origins"), nb::arg("directions"), nb::arg("max_range_m"),
-           nb::arg("unknown_stops"))
-      .def("statistics", &statistics)
+           nb::arg("unknown_stops"),
+           nb::sig("def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], "
+                   "max_range_m: float, unknown_stops: bool) -> "
+                   "tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]"))
+      .def("statistics", &statistics, nb::sig("def statistics(self) -> dict[str, Any]"))
       .def("to_nodes", &written<write_nodes>)
       .def("to_bt", &written<to_bt>)
       .def("to_ot", &written<to_ot>)

@@ -18,7 +18,7 @@ def as_points(points: npt.ArrayLike, name: str) -> FloatArray:
     array = _as_float_array(points, name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidInputError(f"{name} must have shape (n, 3), got {array.shape}")
-    return np.ascontiguousarray(array)
+    return array if array.flags.c_contiguous else array.copy(order="C")
 
 
 def as_points_f64(points: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:

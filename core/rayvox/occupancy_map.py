@@ -66,7 +66,12 @@ class OccupancyMap:
 
     @classmethod
     def from_bytes(
-        cls, data: bytes, resolution_m: float, depth: int = 16, sensor_model: SensorModel | None = None, revision: int = 0
+        cls,
+        data: bytes,
+        resolution_m: float,
+        depth: int = 16,
+        sensor_model: SensorModel | None = None,
+        revision: int = 0,
     ) -> OccupancyMap:
         """The map whose snapshot gave `data` with to_bytes(). Raises MapFormatError."""
         model = sensor_model or SensorModel()

@@ -10,13 +10,12 @@ namespace {
 
 using Release = nb::gil_scoped_release;
 
-Vec3d vec3(const nb::tuple& t) {
-  return {nb::cast<double>(t[0]), nb::cast<double>(t[1]), nb::cast<double>(t[2])};
-}
+Vec3d vec3(const nb::tuple& t) { return {nb::cast<double>(t[0]), nb::cast<double>(t[1]), nb::cast<double>(t[2])}; }
 
 template <class Points>
 ScanRays prepare(const OccupancyMap& map, const Points& points, const std::optional<Matrix4>& T_map_sensor,
-                 const nb::tuple& origin, double max_range_m, const std::optional<Points64>& no_return, bool discretize) {
+                 const nb::tuple& origin, double max_range_m, const std::optional<Points64>& no_return,
+                 bool discretize) {
   Scan scan{.points_sensor = view(points),
             .no_return_sensor = no_return ? view(*no_return) : PointsView{},
             .T_map_sensor = T_map_sensor ? RigidTransform::from_matrix(T_map_sensor->data()) : RigidTransform(),
@@ -55,11 +54,12 @@ void bind_map(nb::module_& m) {
       .def_prop_ro("nbytes", &ScanRays::bytes);
 
   nb::class_<OccupancyMap>(m, "OccupancyMap")
-      .def("__init__",
-           [](OccupancyMap* self, double resolution_m, int depth, const SensorModel& model) {
-             new (self) OccupancyMap(MapGeometry(resolution_m, depth), model);
-           },
-           nb::arg("resolution_m"), nb::arg("depth"), nb::arg("sensor_model"))
+      .def(
+          "__init__",
+          [](OccupancyMap* self, double resolution_m, int depth, const SensorModel& model) {
+            new (self) OccupancyMap(MapGeometry(resolution_m, depth), model);
+          },
+          nb::arg("resolution_m"), nb::arg("depth"), nb::arg("sensor_model"))
       .def(nb::init<MapSnapshot>(), nb::arg("snapshot"))
       .def_prop_ro("revision", &OccupancyMap::revision, nb::call_guard<Release>())
       .def_prop_ro("workspace_bytes", &OccupancyMap::workspace_bytes, nb::call_guard<Release>())

@@ -69,7 +69,8 @@ nb::tuple cast(const MapSnapshot& map, const Points64& origins, const Points64& 
   NewArray<std::int64_t, 3> voxel(origins.shape(0));
   {
     Release release;
-    cast_rays(map, view(origins), view(directions), max_range_m, unknown_stops, {kind.data(), t_m.data(), voxel.data()});
+    cast_rays(map, view(origins), view(directions), max_range_m, unknown_stops,
+              {kind.data(), t_m.data(), voxel.data()});
   }
   return nb::make_tuple(kind.release(), t_m.release(), voxel.release());
 }
@@ -158,11 +159,12 @@ void bind_snapshot(nb::module_& m) {
       .def_prop_ro("nbytes", &memory_bytes)
       .def("leaves", &leaves, nb::sig("def leaves(self) -> " RAYVOX_LEAVES))
       .def("leaves_in_box", &leaves_in, nb::arg("low_m"), nb::arg("high_m"),
-           nb::sig("def leaves_in_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) -> "
-                   RAYVOX_LEAVES))
+           nb::sig("def leaves_in_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) "
+                   "-> " RAYVOX_LEAVES))
       .def("changes", &changes, nb::arg("since"),
-           nb::sig("def changes(self, since: int) -> tuple[bool, NDArray[numpy.int64], NDArray[numpy.uint8], "
-                   RAYVOX_LEAVES "]"))
+           nb::sig(
+               "def changes(self, since: int) -> tuple[bool, NDArray[numpy.int64], NDArray[numpy.uint8], " RAYVOX_LEAVES
+               "]"))
       .def("log_odds_at", &log_odds<Points32>, nb::arg("points"), nb::arg("level"),
            nb::sig("def log_odds_at(self, points: NDArray[numpy.float32], level: int) -> NDArray[numpy.float32]"))
       .def("log_odds_at", &log_odds<Points64>, nb::arg("points"), nb::arg("level"),

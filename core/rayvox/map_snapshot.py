@@ -48,8 +48,8 @@ class MapSnapshot:
     def leaves(self) -> Leaves:
         """All leaves, pruned as OctoMap prunes, in octree order.
 
-        Returns keys (n, 3) int64, the lowest finest-level cell of each leaf (cell k covers [k r, (k+1) r) metres); depth (n,)
-        uint8, 0 = root, a leaf is 2**(map depth - depth) cells wide; log_odds (n,) float32.
+        Returns keys (n, 3) int64, the lowest finest-level cell of each leaf (cell k covers [k r, (k+1) r) metres);
+        depth (n,) uint8, 0 = root, a leaf is 2**(map depth - depth) cells wide; log_odds (n,) float32.
         """
         return self._native.leaves()
 
@@ -71,7 +71,8 @@ class MapSnapshot:
     def box_states(self, lo: npt.ArrayLike, hi: npt.ArrayLike) -> npt.NDArray[np.uint8]:
         """States of n closed boxes [lo, hi], each (n, 3) metres: (n,) uint8.
 
-        2 if any occupied voxel touches the box, else 0 if any part is unknown (or beyond the octree), else 1: wholly free.
+        2 if any occupied voxel touches the box, else 0 if any part is unknown (or beyond the octree), else 1: wholly
+        free.
         """
         low, high = as_points_f64(lo, "lo"), as_points_f64(hi, "hi")
         if low.shape != high.shape:
@@ -87,8 +88,9 @@ class MapSnapshot:
     ) -> RayHits:
         """The first occupied voxel along n rays; with unknown="occupied" also the first unknown one.
 
-        origins (n, 3) or (3,) metres; directions (n, 3), any length. The origin's own voxel counts. max_range_m None: as far as
-        the octree reaches. Raises InvalidInputError naming the ray, OutOfRangeError for an origin beyond the octree.
+        origins (n, 3) or (3,) metres; directions (n, 3), any length. The origin's own voxel counts. max_range_m None:
+        as far as the octree reaches. Raises InvalidInputError naming the ray, OutOfRangeError for an origin beyond
+        the octree.
         """
         if unknown not in ("free", "occupied"):
             raise InvalidInputError(f"unknown must be 'free' or 'occupied', got {unknown!r}")

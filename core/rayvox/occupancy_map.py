@@ -42,7 +42,8 @@ class OccupancyMap:
     """A probabilistic occupancy octree that equals OctoMap's for the same scans.
 
     resolution_m: edge of the finest voxels. depth: levels below the root, 4 to 21; coordinates reach to
-    +-resolution_m * 2**(depth - 1) metres. Edits are serialised, queries run on snapshots: all methods may be called from any thread.
+    +-resolution_m * 2**(depth - 1) metres. Edits are serialised, queries run on snapshots: all methods may be called
+    from any thread.
     """
 
     def __init__(self, resolution_m: float, depth: int = 16, sensor_model: SensorModel | None = None) -> None:
@@ -138,13 +139,14 @@ class OccupancyMap:
     ) -> ScanResult:
         """Inserts one scan: voxels that rays pass become freer, those that hold an end point more occupied.
 
-        points: (n, 3) float32 or float64, metres, sensor frame: where rays ended. T_map_sensor: (4, 4) rigid, map = T @ sensor;
-        None is the identity. origin: where the beams start, sensor frame. max_range_m: longer rays are cut there and mark no
-        end point. no_return: (k, 3), direction times range of rays that met nothing; they only clear. discretize: one ray
-        per end-point voxel, as OctoMap's option of that name (faster, but another map). Occupied wins over free within a scan.
+        points: (n, 3) float32 or float64, metres, sensor frame: where rays ended. T_map_sensor: (4, 4) rigid,
+        map = T @ sensor; None is the identity. origin: where the beams start, sensor frame. max_range_m: longer rays are cut
+        there and mark no end point. no_return: (k, 3), direction times range of rays that met nothing; they only
+        clear. discretize: one ray per end-point voxel, as OctoMap's option of that name (faster, but another map).
+        Occupied wins over free within a scan.
 
-        Raises InvalidInputError (empty, NaN, wrong shape, pose not rigid) or OutOfRangeError, naming index and value; the map
-        is then unchanged.
+        Raises InvalidInputError (empty, NaN, wrong shape, pose not rigid) or OutOfRangeError, naming index and value;
+        the map is then unchanged.
         """
         return self.insert_prepared(
             self.prepare_scan(points, T_map_sensor, origin, max_range_m, no_return, discretize), engine
@@ -163,7 +165,7 @@ class OccupancyMap:
         return MapSnapshot(self._native.snapshot(), self.sensor_model)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes .bt, .ot or .ply, by the path's suffix (see MapSnapshot.export_bytes); the file appears whole or not at all."""
+        """Writes .bt, .ot or .ply, by the path's suffix (see MapSnapshot.export_bytes), whole or not at all."""
         target = Path(path)
         suffix: ExportFormat = target.suffix.removeprefix(".")  # type: ignore[assignment]  # checked by export_bytes
         data = self.snapshot().export_bytes(suffix)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 class ScanStatistics:
     """What one insertion did.
 
-    voxel_steps counts the cells passed, each ray alone; voxels_changed those whose log-odds changed or that became known.
+    voxel_steps counts the cells passed, each ray alone; voxels_changed those whose log-odds changed or that became
+    known.
     Times are seconds of wall-clock; shoot_s and update_s are summed over threads and divided by their number.
     """
 
@@ -54,7 +55,8 @@ class RayHits:
 class ChangeSet:
     """What changed from revision `since` (exclusive) to `revision`.
 
-    What a copy at `since` holds inside each region is void (with `full`: everything it holds), and replaced by the leaves.
+    What a copy at `since` holds inside each region is void (with `full`: everything it holds), and replaced by the
+    leaves.
     region_keys (m, 3) int64 and region_depth (m,) uint8: octree nodes, by lowest finest-level cell and depth.
     keys (n, 3) int64, leaf_depth (n,) uint8, log_odds (n,) float32: the leaves the regions hold now.
     """
@@ -71,7 +73,8 @@ class ChangeSet:
 
 @dataclass(frozen=True)
 class MapStatistics:
-    """Counts over a map's leaves; `nodes` counts leaves and inner nodes as OctoMap does, bounds are None for an empty map."""
+    """Counts over a map's leaves; `nodes` counts leaves and inner nodes as OctoMap does, bounds are None for an empty
+    map."""
 
     occupied_leaves: int
     free_leaves: int

@@ -31,5 +31,5 @@ class SensorModel:
 
     @cached_property
     def native(self) -> _native.SensorModel:
-        """The kernel's form, with hit_log_odds, miss_log_odds, clamp_min_log_odds, clamp_max_log_odds, occupied_log_odds."""
+        """The kernel's form, which also names the model's five log-odds."""
         return _native.SensorModel(self.p_hit, self.p_miss, self.p_clamp_min, self.p_clamp_max, self.p_occupied)

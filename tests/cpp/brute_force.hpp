@@ -89,7 +89,8 @@ inline rayvox::Ray awkward_ray(std::mt19937_64& random, int reach) {
   rayvox::Ray ray;
   for (int axis = 0; axis < 3; ++axis) {
     ray.origin[axis] = awkward_coordinate(random, reach);
-    ray.end[axis] = std::uniform_int_distribution<int>(0, 3)(random) ? awkward_coordinate(random, reach) : ray.origin[axis];
+    ray.end[axis] =
+        std::uniform_int_distribution<int>(0, 3)(random) ? awkward_coordinate(random, reach) : ray.origin[axis];
   }
   return ray;
 }

@@ -41,25 +41,31 @@ inline int run() {
 
 }  // namespace check
 
-#define FACT(name)                                                   \
-  static void name();                                                \
-  static const check::Register register_##name(#name, name);         \
+#define FACT(name)                                           \
+  static void name();                                        \
+  static const check::Register register_##name(#name, name); \
   static void name()
-#define CHECK(condition) \
-  do { if (!(condition)) check::fail(__FILE__, __LINE__, "not true: " #condition); } while (false)
-#define CHECK_EQUAL(a, b)                                                                            \
-  do {                                                                                               \
-    const auto left_ = (a);                                                                          \
-    const auto right_ = (b);                                                                         \
-    if (!(left_ == right_)) {                                                                        \
-      check::fail(__FILE__, __LINE__, std::string(#a " is ") + std::to_string(left_) + ", " #b " is " + \
-                                          std::to_string(right_));                                   \
-    }                                                                                                \
+#define CHECK(condition)                                                        \
+  do {                                                                          \
+    if (!(condition)) check::fail(__FILE__, __LINE__, "not true: " #condition); \
   } while (false)
-#define CHECK_THROWS(type, expression)                                                    \
-  do {                                                                                    \
-    bool thrown_ = false;                                                                 \
-    try { (void)(expression); } catch (const type&) { thrown_ = true; }                   \
+#define CHECK_EQUAL(a, b)                                                                                    \
+  do {                                                                                                       \
+    const auto left_ = (a);                                                                                  \
+    const auto right_ = (b);                                                                                 \
+    if (!(left_ == right_)) {                                                                                \
+      check::fail(__FILE__, __LINE__,                                                                        \
+                  std::string(#a " is ") + std::to_string(left_) + ", " #b " is " + std::to_string(right_)); \
+    }                                                                                                        \
+  } while (false)
+#define CHECK_THROWS(type, expression)                                                      \
+  do {                                                                                      \
+    bool thrown_ = false;                                                                   \
+    try {                                                                                   \
+      (void)(expression);                                                                   \
+    } catch (const type&) {                                                                 \
+      thrown_ = true;                                                                       \
+    }                                                                                       \
     if (!thrown_) check::fail(__FILE__, __LINE__, "did not throw " #type ": " #expression); \
   } while (false)
 

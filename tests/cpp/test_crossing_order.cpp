@@ -35,7 +35,8 @@ FACT(the_order_of_crossings_is_exact_on_and_beside_cell_borders) {
     const int i = sample % 3, j = (sample + 1) % 3;
     if (ray.origin[i] == ray.end[i] || ray.origin[j] == ray.end[j]) continue;
     const auto ahead = [&](int axis, int steps) {
-      return ray.end[axis] > ray.origin[axis] ? std::ceil(ray.origin[axis]) + steps : std::floor(ray.origin[axis]) - steps;
+      return ray.end[axis] > ray.origin[axis] ? std::ceil(ray.origin[axis]) + steps
+                                              : std::floor(ray.origin[axis]) - steps;
     };
     const Crossing a{i, ahead(i, sample % 5)}, b{j, ahead(j, sample % 7)};
     CHECK_EQUAL(sign(compare_crossings(ray, a, b)), exact_order(ray, a, b));

@@ -7,8 +7,8 @@
 
 namespace rayvox {
 
-/// A probabilistic occupancy octree that grows by scans. Writers are serialised; readers take snapshots and never wait longer
-/// than one insertion.
+/// A probabilistic occupancy octree that grows by scans. Writers are serialised; readers take snapshots and never wait
+/// longer than one insertion.
 class OccupancyMap {
  public:
   OccupancyMap(MapGeometry geometry, SensorModel model) : map_{geometry, model, {}, 0, 0, 0} {}

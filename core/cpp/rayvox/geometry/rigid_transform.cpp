@@ -19,8 +19,8 @@ void require_rotation(const double r[9]) {
       }
     }
   }
-  const double determinant = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
-                             r[2] * (r[3] * r[7] - r[4] * r[6]);
+  const double determinant =
+      r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
   if (determinant < 0) throw InvalidInput("pose is not rigid: it mirrors (determinant -1)");
 }
 

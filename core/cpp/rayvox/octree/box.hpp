@@ -27,8 +27,8 @@ struct CellBox {
   }
 };
 
-/// The cells that touch the closed box [low_m, high_m]; the part outside the octree is cut away. Throws InvalidInput naming
-/// `name` unless the bounds are finite and in order.
+/// The cells that touch the closed box [low_m, high_m]; the part outside the octree is cut away. Throws InvalidInput
+/// naming `name` unless the bounds are finite and in order.
 CellBox cells_touching(const MapGeometry& geometry, const Vec3d& low_m, const Vec3d& high_m, const char* name);
 
 /// First cell of child `index` (x + 2y + 4z) of the node at `first`, `level`.

@@ -1,10 +1,10 @@
 #pragma once
-// A brick is the octree's lowest three levels, 8x8x8 cells in Morton order, as eight octants of 4x4x4. An octant that is wholly
-// unknown or uniform stores no cells; the others ("dense") store 64 log-odds each behind the header, so a brick costs
-// 144 bytes and 256 per dense octant.
+// A brick is the octree's lowest three levels, 8x8x8 cells in Morton order, as eight octants of 4x4x4. An octant that
+// is wholly unknown or uniform stores no cells; the others ("dense") store 64 log-odds each behind the header, so a
+// brick costs 144 bytes and 256 per dense octant.
 //
-// Invariants: cells that are unknown inside a dense octant hold 0; a dense octant is neither wholly unknown nor known and
-// uniform; a brick is neither wholly unknown nor known and uniform (its slot would then be unknown or a leaf).
+// Invariants: cells that are unknown inside a dense octant hold 0; a dense octant is neither wholly unknown nor known
+// and uniform; a brick is neither wholly unknown nor known and uniform (its slot would then be unknown or a leaf).
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -31,9 +31,7 @@ struct Brick {
   bool is_dense(int octant) const { return dense_mask >> octant & 1; }
   bool is_unknown(int octant) const { return known[octant] == 0; }
   /// Log-odds of the 64 cells of a dense octant.
-  float* cells(int octant) {
-    return reinterpret_cast<float*>(this + 1) + cells_per_octant * dense_rank(octant);
-  }
+  float* cells(int octant) { return reinterpret_cast<float*>(this + 1) + cells_per_octant * dense_rank(octant); }
   const float* cells(int octant) const { return const_cast<Brick*>(this)->cells(octant); }
   /// Log-odds of a known cell; the octant may be dense or uniform.
   float log_odds(int octant, int cell) const { return is_dense(octant) ? cells(octant)[cell] : octant_max[octant]; }

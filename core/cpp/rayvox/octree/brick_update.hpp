@@ -10,8 +10,8 @@ struct BrickMarks {
   std::uint64_t occupied[8];
 };
 
-/// Applies the marks to a brick slot (unknown, leaf or brick) and keeps it canonical: uniform octants store no cells, a uniform
-/// brick becomes a leaf. A brick that a snapshot shares is replaced, not changed. Returns the number of cells
+/// Applies the marks to a brick slot (unknown, leaf or brick) and keeps it canonical: uniform octants store no cells, a
+/// uniform brick becomes a leaf. A brick that a snapshot shares is replaced, not changed. Returns the number of cells
 /// that changed; at zero the slot was not touched.
 int update_brick(Child& slot, const BrickMarks& marks, const UpdateModel& model, const Kernels& kernels);
 

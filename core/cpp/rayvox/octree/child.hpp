@@ -1,7 +1,7 @@
 #pragma once
-// One slot of the octree: unknown, a uniform leaf, an inner node or a brick. Nodes and bricks are shared between the map
-// and its snapshots by reference counts; whoever writes first clones what is shared (see edit.hpp), so what a snapshot
-// reaches never changes.
+// One slot of the octree: unknown, a uniform leaf, an inner node or a brick. Nodes and bricks are shared between the
+// map and its snapshots by reference counts; whoever writes first clones what is shared (see edit.hpp), so what a
+// snapshot reaches never changes.
 #include <bit>
 #include <cstdint>
 #include <utility>

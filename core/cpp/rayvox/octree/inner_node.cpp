@@ -14,14 +14,11 @@ void Child::release() const {
 
 Summary summary_of(const Child& slot) {
   switch (slot.kind()) {
-    case Child::Kind::leaf:
-      return {slot.leaf_log_odds(), slot.leaf_log_odds(), false};
-    case Child::Kind::inner:
-      return slot.inner()->summary;
+    case Child::Kind::leaf: return {slot.leaf_log_odds(), slot.leaf_log_odds(), false};
+    case Child::Kind::inner: return slot.inner()->summary;
     case Child::Kind::brick:
       return {slot.brick()->max_log_odds(), slot.brick()->min_log_odds(), slot.brick()->any_unknown()};
-    case Child::Kind::unknown:
-      break;
+    case Child::Kind::unknown: break;
   }
   return {};
 }

@@ -1,6 +1,6 @@
 #pragma once
-// An inner node carries what multi-resolution queries and skipping need (extreme log-odds below it, whether anything below it is
-// unknown) and, for change sets, the revision at which each child last changed.
+// An inner node carries what multi-resolution queries and skipping need (extreme log-odds below it, whether anything
+// below it is unknown) and, for change sets, the revision at which each child last changed.
 #include <atomic>
 #include <cstdint>
 #include <limits>

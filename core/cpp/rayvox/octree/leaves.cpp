@@ -56,7 +56,8 @@ void LeafReadout::write(const LeafArrays& out) const {
     std::size_t at = first_[i];
     for_each_leaf(NodeCursor(*regions_[i].slot, regions_[i].level), regions_[i].first,
                   [&](const NodeCursor& leaf, const Cell& first) {
-                    for (int axis = 0; axis < 3; ++axis) out.keys[3 * at + static_cast<std::size_t>(axis)] = first[axis];
+                    for (int axis = 0; axis < 3; ++axis)
+                      out.keys[3 * at + static_cast<std::size_t>(axis)] = first[axis];
                     out.depth[at] = static_cast<std::uint8_t>(map_.geometry.depth() - leaf.level());
                     out.log_odds[at] = leaf.log_odds();
                     ++at;

@@ -10,7 +10,8 @@
 
 namespace rayvox {
 
-/// Where leaves are written, `capacity` of them: keys (3 int64 each: lowest finest-level cell), depth (0 = root), log-odds.
+/// Where leaves are written, `capacity` of them: keys (3 int64 each: lowest finest-level cell), depth (0 = root),
+/// log-odds.
 struct LeafArrays {
   std::int64_t* keys;
   std::uint8_t* depth;
@@ -24,8 +25,8 @@ struct Region {
   Cell first;
 };
 
-/// The leaves of some regions of a snapshot, counted first so that the arrays can be made to measure. Leaves come region by region in
-/// traversal (Morton) order; both passes use all threads.
+/// The leaves of some regions of a snapshot, counted first so that the arrays can be made to measure. Leaves come
+/// region by region in traversal (Morton) order; both passes use all threads.
 class LeafReadout {
  public:
   /// All leaves.

@@ -7,8 +7,8 @@
 
 namespace rayvox {
 
-/// One revision of a map, immutable and cheap to copy: it shares all nodes with the map and with other revisions. Everything that
-/// reads a map reads a snapshot, from any thread, for as long as it likes.
+/// One revision of a map, immutable and cheap to copy: it shares all nodes with the map and with other revisions.
+/// Everything that reads a map reads a snapshot, from any thread, for as long as it likes.
 struct MapSnapshot {
   MapGeometry geometry;
   SensorModel model;

@@ -9,7 +9,7 @@ namespace rayvox {
 
 struct MapStatistics {
   std::uint64_t occupied_leaves = 0, free_leaves = 0;
-  std::uint64_t nodes = 0;  // leaves and inner nodes, as OctoMap counts them
+  std::uint64_t nodes = 0;                           // leaves and inner nodes, as OctoMap counts them
   std::uint64_t occupied_cells = 0, free_cells = 0;  // leaves in finest-level cells
   CellBox known{{0, 0, 0}, {-1, -1, -1}};            // bounds of the known cells; empty for an empty map
 };

@@ -1,6 +1,6 @@
 #pragma once
-// Morton (Z-order) codes: bit 3i is x's bit i, 3i+1 y's, 3i+2 z's. A node's child index (x + 2y + 4z, OctoMap's order) is
-// then three consecutive bits, so a range sorted by Morton code is sorted the way the octree is traversed.
+// Morton (Z-order) codes: bit 3i is x's bit i, 3i+1 y's, 3i+2 z's. A node's child index (x + 2y + 4z, OctoMap's order)
+// is then three consecutive bits, so a range sorted by Morton code is sorted the way the octree is traversed.
 #include <cstdint>
 
 #include "rayvox/geometry/vec3.hpp"

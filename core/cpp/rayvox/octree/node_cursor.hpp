@@ -5,8 +5,8 @@
 
 namespace rayvox {
 
-/// Reads the octree as one tree down to its finest cells, whether a level is stored as nodes or lies inside a brick, pruned exactly
-/// as OctoMap prunes: eight known children with equal log-odds are one leaf.
+/// Reads the octree as one tree down to its finest cells, whether a level is stored as nodes or lies inside a brick,
+/// pruned exactly as OctoMap prunes: eight known children with equal log-odds are one leaf.
 class NodeCursor {
  public:
   enum class Kind : std::uint8_t { unknown, leaf, inner };

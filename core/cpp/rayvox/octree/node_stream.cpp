@@ -9,7 +9,8 @@
 #include "rayvox/octree/edit.hpp"
 #include "rayvox/octree/node_cursor.hpp"
 
-static_assert(std::endian::native == std::endian::little, "the map formats are little-endian and written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "the map formats are little-endian and written as they lie in memory");
 
 namespace rayvox {
 namespace {
@@ -103,9 +104,8 @@ class TreeReader {
     }
     Child slot;
     InnerNode& inner = open_inner(slot, 0);
-    layout_.for_each_child(in_, node, [&](int i, typename Layout::Node child) {
-      inner.child[i] = read(child, level - 1);
-    });
+    layout_.for_each_child(in_, node,
+                           [&](int i, typename Layout::Node child) { inner.child[i] = read(child, level - 1); });
     close_inner(slot);
     return slot;
   }
@@ -135,7 +135,8 @@ struct FullLayout {
 
   Node take(Reader& in) const {
     const float log_odds = in.take<float>();
-    if (!std::isfinite(log_odds)) throw MapFormatError("log-odds before byte " + std::to_string(in.at()) + " are not finite");
+    if (!std::isfinite(log_odds))
+      throw MapFormatError("log-odds before byte " + std::to_string(in.at()) + " are not finite");
     const unsigned children = in.take<std::uint8_t>();
     return {children == 0, log_odds, children};
   }

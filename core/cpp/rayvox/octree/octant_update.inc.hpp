@@ -1,5 +1,6 @@
-// OctoMap's update of one octant's marked cells (AbstractOccupancyOcTree's sensor model: add, clamp; a known cell already
-// at the clamping bound is left as it is). Included once per instruction set, inside its namespace, after its Lanes.
+// OctoMap's update of one octant's marked cells (AbstractOccupancyOcTree's sensor model: add, clamp; a known cell
+// already at the clamping bound is left as it is). Included once per instruction set, inside its namespace, after its
+// Lanes.
 
 template <class L>
 static OctantOutput update_octant(const OctantInput& in, const UpdateModel& model, float* out) {

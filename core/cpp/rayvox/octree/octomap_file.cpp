@@ -52,7 +52,8 @@ Number parse_number(std::string_view text, const char* field) {
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) {
-    throw MapFormatError("header field '" + std::string(field) + "' is not a number: '" + std::string(text.substr(0, 40)) + "'");
+    throw MapFormatError("header field '" + std::string(field) + "' is not a number: '" +
+                         std::string(text.substr(0, 40)) + "'");
   }
   return value;
 }
@@ -114,7 +115,8 @@ std::string to_ply(const MapSnapshot& map) {
     vertices.append(reinterpret_cast<const char*>(&size_m), sizeof size_m);
     vertices.append(reinterpret_cast<const char*>(&log_odds[i]), sizeof(float));
   }
-  return "ply\nformat binary_little_endian 1.0\ncomment occupied leaves: centre, edge length, log-odds\nelement vertex " +
+  return "ply\nformat binary_little_endian 1.0\ncomment occupied leaves: centre, edge length, log-odds\nelement "
+         "vertex " +
          std::to_string(count) +
          "\nproperty double x\nproperty double y\nproperty double z\nproperty float size\nproperty float log_odds\n"
          "end_header\n" +

@@ -11,7 +11,8 @@ namespace rayvox {
 std::string to_bt(const MapSnapshot& map);
 std::string to_ot(const MapSnapshot& map);
 
-/// Occupied leaves as binary little-endian PLY vertices: x, y, z (float64, leaf centre, metres), size (edge, metres), log_odds.
+/// Occupied leaves as binary little-endian PLY vertices: x, y, z (float64, leaf centre, metres), size (edge, metres),
+/// log_odds.
 std::string to_ply(const MapSnapshot& map);
 
 /// Reads .bt or .ot, told apart by their first line. Throws MapFormatError saying what is wrong.

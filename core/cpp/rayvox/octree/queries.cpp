@@ -32,7 +32,6 @@ OccupancyState state_below(const NodeCursor& node, const Cell& first, const Cell
   return state;
 }
 
-
 constexpr std::size_t queries_per_chunk = 4096;
 
 template <class Body>
@@ -74,7 +73,7 @@ void log_odds_at(const MapSnapshot& map, PointsView points_m, int level, float* 
 void states_at(const MapSnapshot& map, PointsView points_m, int level, std::uint8_t* states) {
   for_each_query(points_m.count, [&](std::size_t i) {
     const float value = log_odds_of(map, points_m[i], level, i);
-    const OccupancyState state = std::isnan(value)               ? OccupancyState::unknown
+    const OccupancyState state = std::isnan(value)              ? OccupancyState::unknown
                                  : map.model.is_occupied(value) ? OccupancyState::occupied
                                                                 : OccupancyState::free;
     states[i] = static_cast<std::uint8_t>(state);
@@ -82,8 +81,9 @@ void states_at(const MapSnapshot& map, PointsView points_m, int level, std::uint
 }
 
 void states_of_boxes(const MapSnapshot& map, PointsView low_m, PointsView high_m, std::uint8_t* states) {
-  for_each_query(low_m.count,
-                 [&](std::size_t i) { states[i] = static_cast<std::uint8_t>(state_of_box(map, low_m[i], high_m[i], i)); });
+  for_each_query(low_m.count, [&](std::size_t i) {
+    states[i] = static_cast<std::uint8_t>(state_of_box(map, low_m[i], high_m[i], i));
+  });
 }
 
 }  // namespace rayvox

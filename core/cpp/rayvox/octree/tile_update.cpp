@@ -32,9 +32,8 @@ struct TileOpener {
       return;
     }
     InnerNode& node = open_inner(slot, slot_revision);
-    for_each_child(tiles, 3 * (level - 1 - tile_level), tile_code, [&](int index, auto below) {
-      visit(node.child[index], node.revision[index], level - 1, below);
-    });
+    for_each_child(tiles, 3 * (level - 1 - tile_level), tile_code,
+                   [&](int index, auto below) { visit(node.child[index], node.revision[index], level - 1, below); });
   }
 };
 
@@ -77,7 +76,7 @@ struct TileUpdater {
 
   // Whether a leaf at this value ignores all the marks.
   bool saturated(float log_odds, std::span<const MarkedBrick> bricks) const {
-    const auto none = [](const std::uint64_t(&masks)[8]) {
+    const auto none = [](const std::uint64_t (&masks)[8]) {
       return std::all_of(std::begin(masks), std::end(masks), [](std::uint64_t m) { return m == 0; });
     };
     if (log_odds > model.clamp_min) return false;

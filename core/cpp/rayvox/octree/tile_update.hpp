@@ -1,5 +1,6 @@
 #pragma once
-// The update side of an insertion: opens the paths to all tiles, lets each tile be updated on its own, closes the paths.
+// The update side of an insertion: opens the paths to all tiles, lets each tile be updated on its own, closes the
+// paths.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,7 +22,8 @@ struct OpenTile {
   std::uint64_t* slot_revision = nullptr;
 };
 
-/// Opens every node above the given tiles (ascending Morton codes, in tiles). Distinct tiles may then be updated by distinct threads.
+/// Opens every node above the given tiles (ascending Morton codes, in tiles). Distinct tiles may then be updated by
+/// distinct threads.
 std::vector<OpenTile> open_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles);
 
 /// Applies the marks (ascending brick codes) below one open tile; returns the number of cells changed.

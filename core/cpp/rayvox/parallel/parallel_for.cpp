@@ -22,7 +22,8 @@ namespace {
 constexpr int most_threads = 256;
 
 struct Job {
-  Job(std::size_t n, const std::function<void(std::size_t, int)>& f, int most) : count(n), body(f), most_workers(most) {}
+  Job(std::size_t n, const std::function<void(std::size_t, int)>& f, int most)
+      : count(n), body(f), most_workers(most) {}
 
   std::size_t count;
   const std::function<void(std::size_t, int)>& body;
@@ -68,7 +69,8 @@ class Pool {
   }
 
   void run(const std::shared_ptr<Job>& job) {
-    const int helpers = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(job->most_workers), job->count)) - 1;
+    const int helpers =
+        static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(job->most_workers), job->count)) - 1;
     {
       std::lock_guard lock(mutex_);
       while (static_cast<int>(thread_count_) < helpers) {

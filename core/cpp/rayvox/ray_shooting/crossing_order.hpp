@@ -16,7 +16,8 @@ struct Crossing {
 /// Negative, zero or positive as crossing a comes before, together with or after crossing b (see Ray for ties).
 int compare_crossings(const Ray& ray, const Crossing& a, const Crossing& b);
 
-/// Of the candidate axes (bit i: axis i, at least one), those that leave `cell` first; several only if they leave together.
+/// Of the candidate axes (bit i: axis i, at least one), those that leave `cell` first; several only if they leave
+/// together.
 std::uint8_t first_axes_to_leave(const Ray& ray, const Cell& cell, std::uint8_t candidates);
 
 }  // namespace rayvox

@@ -1,9 +1,9 @@
 // The exact DDA (Amanatides and Woo 1987) over a tile's segments, Lanes::width rays in lockstep. Included once per
 // instruction set, inside its namespace, after its Lanes.
 //
-// Each lane measures its ray in dominant-axis voxels from the segment's first crossing, so parameters stay below 64 and float32
-// knows them to 2^-16.6. They are computed from the number of crossings, never accumulated. Crossings closer than
-// near_tie are left to exact arithmetic (crossing_order.hpp); that is one lane-step in some ten thousand.
+// Each lane measures its ray in dominant-axis voxels from the segment's first crossing, so parameters stay below 64 and
+// float32 knows them to 2^-16.6. They are computed from the number of crossings, never accumulated. Crossings closer
+// than near_tie are left to exact arithmetic (crossing_order.hpp); that is one lane-step in some ten thousand.
 
 constexpr float near_tie = 0x1p-15f;
 constexpr std::uint32_t axis_bits[3] = {0x09249, 0x09249 << 1, 0x09249 << 2};
@@ -16,8 +16,8 @@ static inline std::uint32_t compact(std::uint32_t code) {
   return (code | code >> 8) & 0x0003f;
 }
 
-// Lanes::width segments walked together. Morton coordinates are stepped in place: with the other axes' bits masked away,
-// subtracting the lowest bit steps down, subtracting the mask (adding its two's complement) steps up.
+// Lanes::width segments walked together. Morton coordinates are stepped in place: with the other axes' bits masked
+// away, subtracting the lowest bit steps down, subtracting the mask (adding its two's complement) steps up.
 template <class L>
 class LockstepRays {
  public:

@@ -59,10 +59,8 @@ std::int32_t RayWalker::cell_at_crossing(int axis, double t, int crossed_axis, d
     // A border behind the current cell has been crossed, one behind the end's cell never is.
     const bool behind = upwards ? border <= cell_[axis] : border > cell_[axis];
     const bool beyond = upwards ? border > end_cell_[axis] : border <= end_cell_[axis];
-    const bool crossed =
-        behind ||
-        (!beyond && compare_crossings(ray_, Crossing{axis, static_cast<double>(border)},
-                                      Crossing{crossed_axis, crossed_border}) <= 0);
+    const bool crossed = behind || (!beyond && compare_crossings(ray_, Crossing{axis, static_cast<double>(border)},
+                                                                 Crossing{crossed_axis, crossed_border}) <= 0);
     cell = upwards == crossed ? border : border - 1;
   }
   const auto [low, high] = std::minmax(cell_[axis], end_cell_[axis]);

@@ -3,8 +3,8 @@
 
 namespace rayvox {
 
-/// Walks the cells of a ray exactly, one at a time or in strides of aligned 2^level blocks (Amanatides and Woo 1987, with every
-/// crossing computed from the border itself, never accumulated, and near-ties decided by compare_crossings).
+/// Walks the cells of a ray exactly, one at a time or in strides of aligned 2^level blocks (Amanatides and Woo 1987,
+/// with every crossing computed from the border itself, never accumulated, and near-ties decided by compare_crossings).
 class RayWalker {
  public:
   explicit RayWalker(const Ray& ray);

@@ -20,7 +20,8 @@ class Preparation {
  public:
   Preparation(const Scan& scan, const MapGeometry& geometry) : scan_(scan), geometry_(geometry) {
     if (!is_finite(scan.origin_sensor_m)) throw InvalidInput("origin is not finite: " + text(scan.origin_sensor_m));
-    if (!(scan.max_range_m >= 0)) throw InvalidInput("max_range_m must be positive, got " + std::to_string(scan.max_range_m));
+    if (!(scan.max_range_m >= 0))
+      throw InvalidInput("max_range_m must be positive, got " + std::to_string(scan.max_range_m));
     origin_map_m_ = scan.T_map_sensor.apply(scan.origin_sensor_m);
     rays_.origin = to_cells(origin_map_m_, "origin", 0);
     const std::size_t count = scan.points_sensor.count + scan.no_return_sensor.count;

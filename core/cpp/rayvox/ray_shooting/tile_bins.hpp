@@ -1,5 +1,6 @@
 #pragma once
-// Rays cut at tile borders and binned by tile, so that each tile is walked and updated by one thread, in its cache, with no lock.
+// Rays cut at tile borders and binned by tile, so that each tile is walked and updated by one thread, in its cache,
+// with no lock.
 #include <cstdint>
 #include <unordered_map>
 #include <vector>

@@ -1,8 +1,8 @@
 #pragma once
 // The kernels that exist once per instruction set, chosen at run time. The same sources (ray_shooting/dda_walk.inc.hpp,
 // octree/octant_update.inc.hpp) are compiled for each set in a namespace of its own, with that set's flags. Those
-// translation units may call nothing inline that the rest of the program shares, or the linker could pick their copy of it
-// for machines without the instructions.
+// translation units may call nothing inline that the rest of the program shares, or the linker could pick their copy of
+// it for machines without the instructions.
 #include <cstddef>
 #include <cstdint>
 
@@ -46,14 +46,15 @@ struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
   void (*walk_segments)(const TileSegments&, TileMarks&);
-  /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if there are none.
+  /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if
+  /// there are none.
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
 };
 
-/// The best kernels this processor runs. The environment variable RAYVOX_SIMD (avx512, avx2, portable) forces a set; throws
-/// InvalidInput if it is unknown or the processor lacks it.
+/// The best kernels this processor runs. The environment variable RAYVOX_SIMD (avx512, avx2, portable) forces a set;
+/// throws InvalidInput if it is unknown or the processor lacks it.
 const Kernels& kernels();
 
 /// The kernels of one instruction set, null if this processor or build has none.

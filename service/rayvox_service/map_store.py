@@ -108,8 +108,12 @@ class MapStore:
             except OSError:
                 shutil.rmtree(staged, ignore_errors=True)
                 raise
-            sync_directory(self._maps_dir)
-            hosted = self._maps[config.name] = HostedMap(target, config, self._settings)
+            try:
+                sync_directory(self._maps_dir)
+                hosted = self._maps[config.name] = HostedMap(target, config, self._settings)
+            except OSError:
+                self._throw_away(config.name)
+                raise
             return hosted
 
     def delete(self, name: str) -> None:
@@ -120,10 +124,7 @@ class MapStore:
                 del self._maps[name]
                 hosted.close(_not_found(name), drain=False)
             self._failures.pop(name, None)
-            trashed = self._trash / uuid.uuid4().hex
-            os.rename(self._maps_dir / name, trashed)
-            sync_directory(self._maps_dir)
-        shutil.rmtree(trashed, ignore_errors=True)
+            self._throw_away(name)
 
     def stop_opening(self) -> None:
         """Let a running `open_all` end after the map it is at."""
@@ -135,6 +136,13 @@ class MapStore:
             for hosted in self._maps.values():
                 hosted.close(Problem("unavailable", "the service is stopping"), drain=True)
             self._lock_file.close()
+
+    def _throw_away(self, name: str) -> None:
+        # Renamed first: a map that is only half deleted must not come back at the next start.
+        trashed = self._trash / uuid.uuid4().hex
+        os.rename(self._maps_dir / name, trashed)
+        sync_directory(self._maps_dir)
+        shutil.rmtree(trashed, ignore_errors=True)
 
 
 def _not_found(name: str) -> Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import socket
 import sys
@@ -14,6 +15,10 @@ from rayvox_service.settings import Settings
 # Threads of the interpreter hand over after this time at the latest. The default of 5 ms would show in every answer.
 SWITCH_INTERVAL_S = 0.0005
 GRACEFUL_SHUTDOWN_S = 10
+KEEP_ALIVE_S = 60
+# glibc's mallopt: blocks up to 8 MiB stay in the heap, and up to 64 MiB of its free end stay mapped.
+M_TRIM_THRESHOLD, TRIM_BYTES = -1, 64 << 20
+M_MMAP_THRESHOLD, MMAP_BYTES = -3, 8 << 20
 
 
 class _Server(uvicorn.Server):
@@ -36,6 +41,7 @@ def serve(settings: Settings) -> None:
     """
     listener = _listen(settings.host, settings.port)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
+    _keep_freed_memory()
     config = uvicorn.Config(
         create_app(settings),
         loop="uvloop",
@@ -46,6 +52,8 @@ def serve(settings: Settings) -> None:
         ws_per_message_deflate=False,
         access_log=False,
         log_level=logging.WARNING,
+        # A robot that sends a scan every few seconds keeps its connection.
+        timeout_keep_alive=KEEP_ALIVE_S,
         timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
     )
     host, port = listener.getsockname()[:2]
@@ -53,6 +61,17 @@ def serve(settings: Settings) -> None:
     server.run(sockets=[listener])
     if not server.started:
         raise SystemExit(3)
+
+
+def _keep_freed_memory() -> None:
+    # By default every body of some hundred kilobytes is mapped, faulted in page by page and unmapped again, which
+    # takes longer than receiving it: 2.2 ms instead of 0.9 ms of CPU time for 1.2 MB.
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):
+        return
+    mallopt(M_MMAP_THRESHOLD, MMAP_BYTES)
+    mallopt(M_TRIM_THRESHOLD, TRIM_BYTES)
 
 
 def _listen(host: str, port: int) -> socket.socket:

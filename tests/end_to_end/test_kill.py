@@ -188,7 +188,7 @@ def test_no_acknowledged_scan_is_lost_or_doubled_by_fifty_kills(tmp_path: Path) 
             url = nursery.start()
             if kill % 5 != 4:
                 info = await_map(url)
-                assert (info["journal_cut"] is not None) == torn
+                assert info["journal_cut"] is not None or not torn
                 assert_nothing_lost_or_doubled(info, uploaders)
         address.stop()
         for uploader in uploaders:

@@ -1,11 +1,46 @@
 #include "rayvox/ray_shooting/tile_bins.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "rayvox/ray_shooting/ray_walker.hpp"
 
 namespace rayvox {
+
+namespace {
+
+constexpr auto spread_within_tile = [] {
+  std::array<std::uint32_t, std::size_t{1} << max_tile_level> spread{};
+  for (std::uint32_t i = 0; i < spread.size(); ++i) spread[i] = static_cast<std::uint32_t>(spread_bits(i));
+  return spread;
+}();
+
+}  // namespace
+
+// Where cells lie among tiles and in their tile, without the cost of whole Morton codes.
+class TileAddresses {
+ public:
+  explicit TileAddresses(const MapGeometry& geometry) : geometry_(geometry), level_(geometry.tile_level()) {}
+
+  /// Unique for the cell's tile, cheap, in no useful order.
+  std::uint64_t name(const Cell& cell) const {
+    return coordinate(cell, 0) >> level_ | coordinate(cell, 1) >> level_ << 21 | coordinate(cell, 2) >> level_ << 42;
+  }
+  std::uint64_t morton(const Cell& cell) const { return geometry_.morton_of(cell) >> (3 * level_); }
+  std::uint32_t within_tile(const Cell& cell) const {
+    const std::uint64_t mask = (std::uint64_t{1} << level_) - 1;
+    return spread_within_tile[coordinate(cell, 0) & mask] | spread_within_tile[coordinate(cell, 1) & mask] << 1 |
+           spread_within_tile[coordinate(cell, 2) & mask] << 2;
+  }
+
+ private:
+  std::uint64_t coordinate(const Cell& cell, std::size_t axis) const {
+    return static_cast<std::uint64_t>(cell[axis] + geometry_.half_extent());
+  }
+  const MapGeometry& geometry_;
+  const int level_;
+};
 
 void TileBins::clear() {
   bins_.clear();
@@ -13,37 +48,35 @@ void TileBins::clear() {
   std::fill(std::begin(recent_), std::end(recent_), Recent{});
 }
 
-TileBin& TileBins::bin_of(std::uint64_t tile) {
-  Recent& recent = recent_[tile & 255];
-  if (recent.tile != tile) {
-    const auto [entry, added] = index_.try_emplace(tile, static_cast<std::uint32_t>(bins_.size()));
-    if (added) bins_.emplace_back().tile = tile;
-    recent = {tile, entry->second};
+TileBin& TileBins::bin_of(const Cell& cell, const TileAddresses& addresses) {
+  const std::uint64_t name = addresses.name(cell);
+  Recent& recent = recent_[(name ^ name >> 18 ^ name >> 36) & 255];
+  if (recent.tile != name) {
+    const auto [entry, added] = index_.try_emplace(name, static_cast<std::uint32_t>(bins_.size()));
+    if (added) bins_.emplace_back().tile = addresses.morton(cell);
+    recent = {name, entry->second};
   }
   return bins_[recent.index];
 }
 
 void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
-  const int level = geometry.tile_level();
-  const std::uint64_t within_tile = (std::uint64_t{1} << (3 * level)) - 1;
+  const TileAddresses addresses(geometry);
   for (std::size_t ray = first; ray < last; ++ray) {
     RayWalker walker(rays[ray]);
     for (bool last_tile = false; !last_tile;) {
-      const std::uint64_t start = geometry.morton_of(walker.cell());
       const Cell before = walker.cell();
-      last_tile = walker.end_in_block(level);
-      if (!last_tile) walker.leave_block(level);
+      last_tile = walker.end_in_block(geometry.tile_level());
+      if (!last_tile) walker.leave_block(geometry.tile_level());
       const Cell& after = last_tile ? walker.end_cell() : walker.cell();
       const int crossings =
           std::abs(after[0] - before[0]) + std::abs(after[1] - before[1]) + std::abs(after[2] - before[2]);
       if (crossings == 0) continue;
-      TileBin& bin = bin_of(start >> (3 * level));
-      bin.segments.push_back(Segment::make(ray, start & within_tile, crossings));
+      TileBin& bin = bin_of(before, addresses);
+      bin.segments.push_back(Segment::make(ray, addresses.within_tile(before), crossings));
       bin.crossings += static_cast<std::uint64_t>(crossings);
     }
     if (!rays.marks_end[ray]) continue;
-    const std::uint64_t end = geometry.morton_of(walker.end_cell());
-    bin_of(end >> (3 * level)).ends.push_back(static_cast<std::uint32_t>(end & within_tile));
+    bin_of(walker.end_cell(), addresses).ends.push_back(addresses.within_tile(walker.end_cell()));
   }
 }
 

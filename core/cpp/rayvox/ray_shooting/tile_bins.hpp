@@ -19,6 +19,8 @@ struct TileBin {
   std::uint64_t crossings = 0;
 };
 
+class TileAddresses;
+
 /// One worker's bins.
 class TileBins {
  public:
@@ -28,10 +30,10 @@ class TileBins {
   const std::vector<TileBin>& bins() const { return bins_; }
 
  private:
-  TileBin& bin_of(std::uint64_t tile);
+  TileBin& bin_of(const Cell& cell, const TileAddresses& addresses);
 
   std::vector<TileBin> bins_;
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;
+  std::unordered_map<std::uint64_t, std::uint32_t> index_;  // by TileAddresses::name
   // Neighbouring rays cross the same few tiles: a direct-mapped cache in front of the hash table.
   struct Recent {
     std::uint64_t tile = ~std::uint64_t{0};

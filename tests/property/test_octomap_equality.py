@@ -59,7 +59,7 @@ def test_the_map_equals_octomaps_but_for_explained_ties(
 def test_a_discretized_scan_equals_octomaps_but_for_explained_ties(name: str) -> None:
     case = next(case for case in EQUALITY_INPUTS if case.name == name)
     scan, resolution_m = case.load()[0], case.resolution_m
-    points = scan.points[::5]
+    points = scan.points[::15]
     ours, theirs, oracle = rayvox.OccupancyMap(resolution_m), OctomapPeer(resolution_m), OracleMap(resolution_m)
     ours.insert_scan(points, origin=tuple(scan.origin.tolist()), discretize=True)
     theirs.insert_scan(points, scan.origin, discretize=True)

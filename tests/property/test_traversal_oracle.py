@@ -8,6 +8,7 @@ import rayvox
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from rayvox.occupancy_map import Engine
 
 from tests.support.leaf_comparison import assert_same_leaves
 from tests.support.occupancy_oracle import OracleMap
@@ -16,7 +17,7 @@ from tests.support.rayvox_maps import leaves_of
 from tests.support.scenes import lattice_rays, random_rays, room_scan
 
 Vector = tuple[float, float, float]
-EXACT_ENGINES = ("dda", "auto")
+EXACT_ENGINES: tuple[Engine, ...] = ("dda", "auto")
 
 half_cells = st.integers(-12, 12).map(lambda k: k / 2)
 near_planes = st.builds(
@@ -34,7 +35,7 @@ def cells_in_map(
     depth: int = 16,
     max_range_m: float | None = None,
     returned: bool = True,
-    engine: str = "dda",
+    engine: Engine = "dda",
 ) -> tuple[set[Cell], set[Cell]]:
     """Free and occupied cells of a map into which one ray was inserted."""
     occupancy_map = rayvox.OccupancyMap(resolution_m, depth=depth)
@@ -108,7 +109,7 @@ CORNERS = {
 @pytest.mark.parametrize("resolution_m", [1.0, 0.001, 0.05, 10.0])
 @pytest.mark.parametrize("ray", CORNERS.values(), ids=CORNERS.keys())
 def test_an_awkward_ray_passes_the_cells_of_the_exact_traversal(
-    ray: tuple[Vector, Vector], resolution_m: float, engine: str
+    ray: tuple[Vector, Vector], resolution_m: float, engine: Engine
 ) -> None:
     start, stop = np.array(ray[0]) * resolution_m, np.array(ray[1]) * resolution_m
     origin, end = (start[0], start[1], start[2]), (stop[0], stop[1], stop[2])
@@ -121,7 +122,7 @@ def assert_scan_is_exact(
     resolution_m: float,
     *,
     depth: int = 16,
-    engine: str = "dda",
+    engine: Engine = "dda",
     max_range_m: float | None = None,
     no_return: NDArray[np.float64] | None = None,
 ) -> None:
@@ -138,7 +139,7 @@ def assert_scan_is_exact(
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("seed", range(6))
-def test_a_scan_of_lattice_rays_is_exact(seed: int, engine: str) -> None:
+def test_a_scan_of_lattice_rays_is_exact(seed: int, engine: Engine) -> None:
     resolution_m = [1.0, 0.25, 0.05][seed % 3]
     origins, points = lattice_rays(np.random.default_rng(seed), 2000, resolution_m, 40)
     assert_scan_is_exact(origins[0], points, resolution_m, engine=engine)
@@ -146,7 +147,7 @@ def test_a_scan_of_lattice_rays_is_exact(seed: int, engine: str) -> None:
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("resolution_m", [0.001, 0.05, 0.3, 10.0])
-def test_a_scan_of_random_rays_is_exact(resolution_m: float, engine: str) -> None:
+def test_a_scan_of_random_rays_is_exact(resolution_m: float, engine: Engine) -> None:
     rng = np.random.default_rng(23)
     origins, points = random_rays(rng, 3000, 60 * resolution_m)
     silent = random_rays(rng, 500, 60 * resolution_m)[0]
@@ -156,7 +157,7 @@ def test_a_scan_of_random_rays_is_exact(resolution_m: float, engine: str) -> Non
 
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
-def test_a_scan_a_million_metres_from_the_origin_is_exact(engine: str) -> None:
+def test_a_scan_a_million_metres_from_the_origin_is_exact(engine: Engine) -> None:
     rng = np.random.default_rng(29)
     for centre_m, resolution_m in ((1.0e6, 1.0), (5.2e4, 0.05), (-1.0e6, 1.0)):
         origins, points = random_rays(rng, 1500, 40 * resolution_m, centre_m)
@@ -165,7 +166,7 @@ def test_a_scan_a_million_metres_from_the_origin_is_exact(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("depth", [17, 19, 21])
-def test_rays_of_many_thousand_voxels_are_exact(depth: int, engine: str) -> None:
+def test_rays_of_many_thousand_voxels_are_exact(depth: int, engine: Engine) -> None:
     rng = np.random.default_rng(depth)
     directions = rng.normal(size=(6, 3))
     points = directions / np.linalg.norm(directions, axis=1, keepdims=True) * 0.9 * 2 ** (min(depth, 18) - 1) * 0.01
@@ -178,7 +179,7 @@ def test_a_ray_of_a_hundred_thousand_voxels_along_a_face_diagonal_is_exact() -> 
 
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
-def test_a_dense_scan_whose_free_space_prunes_is_exact(engine: str) -> None:
+def test_a_dense_scan_whose_free_space_prunes_is_exact(engine: Engine) -> None:
     rng = np.random.default_rng(31)
     origin = np.array([0.05, -0.02, 0.01])
     points = room_scan(rng, 20_000, 1.6, origin).astype(np.float64)

@@ -65,7 +65,7 @@ def prepare_rays(
     length = np.sqrt(delta[:, 0] * delta[:, 0] + delta[:, 1] * delta[:, 1] + delta[:, 2] * delta[:, 2])
     cut = np.zeros(len(ends), dtype=bool) if max_range_m is None else length > max_range_m
     for index in np.flatnonzero(cut):
-        ends[index], _ = cut_end(origin, ends[index], max_range_m)
+        ends[index], _ = cut_end(origin.tolist(), ends[index].tolist(), max_range_m)
     marks_end = ~cut
     marks_end[len(hits) :] = False
     ends_u = to_voxel_units(ends, resolution_m)
@@ -82,7 +82,8 @@ def sorted_unique(packed: Packed) -> Packed:
 def contains(ordered: Packed, wanted: Packed) -> NDArray[np.bool_]:
     if not len(ordered):
         return np.zeros(len(wanted), dtype=bool)
-    return ordered[np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)] == wanted
+    found: NDArray[np.bool_] = ordered[np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)] == wanted
+    return found
 
 
 def _chunks(crossings: NDArray[np.int64]) -> Iterator[slice]:

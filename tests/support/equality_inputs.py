@@ -63,19 +63,19 @@ def _simulated(views: bool, every: int) -> list[MapScan]:
 
 
 EQUALITY_INPUTS = (
-    EqualityInput("sensorscalib_static", 0.2, lambda: _in_map(datasets.sensorscalib_static()[:3], 8)),
+    EqualityInput("sensorscalib_static", 0.2, lambda: _in_map(datasets.sensorscalib_static()[:3], 16)),
     EqualityInput("pointmatcher_car", 0.2, lambda: _in_map(datasets.pointmatcher_car())),
     EqualityInput("smallgicp_pair", 0.2, lambda: _in_map(datasets.smallgicp_pair())),
     EqualityInput("octomap_scan", 0.1, lambda: _in_map(datasets.octomap_scan())),
     EqualityInput("octomap_scan_cut_at_8_m", 0.1, lambda: _in_map(datasets.octomap_scan()), 8.0),
     EqualityInput("octomap_spherical", 0.05, lambda: _in_map(datasets.octomap_spherical())),
     EqualityInput("radish_intel", 0.05, lambda: _in_map(datasets.radish_2d("intel", 0, 200)), 40.0),
-    EqualityInput("radish_fr079", 0.05, lambda: _in_map(datasets.radish_2d("fr079", 500, 120)), 40.0),
+    EqualityInput("radish_fr079", 0.05, lambda: _in_map(datasets.radish_2d("fr079", 500, 80)), 40.0),
     EqualityInput("redwood_rgbd", 0.05, lambda: _in_map(datasets.redwood_rgbd(3))),
-    EqualityInput("redwood_rgbd_at_1_cm", 0.01, lambda: _in_map(datasets.redwood_rgbd(8)[:3])),
+    EqualityInput("redwood_rgbd_at_1_cm", 0.01, lambda: _in_map(datasets.redwood_rgbd(10)[:2])),
     EqualityInput("room", 0.1, lambda: _room(1, 3.987)),
-    EqualityInput("room_with_walls_on_cell_faces", 0.125, lambda: _room(2, 3.0)),
+    EqualityInput("room_with_walls_on_cell_faces", 0.125, lambda: _room(2, 2.0)),
     EqualityInput("room_seen_until_it_saturates", 0.1, lambda: _room(3, 1.987) * 4),
-    EqualityInput("simulated_depth_views", 0.05, lambda: _simulated(True, 8), 9.99),
+    EqualityInput("simulated_depth_views", 0.05, lambda: _simulated(True, 16), 9.99),
     EqualityInput("simulated_lidar_sweeps", 0.2, lambda: _simulated(False, 3), 39.9),
 )

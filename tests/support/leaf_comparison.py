@@ -62,7 +62,8 @@ def _without_twin(leaves: Leaves, other: Leaves) -> NDArray[np.bool_]:
         return np.ones(len(mine), dtype=bool)
     at = np.minimum(np.searchsorted(theirs, mine), len(theirs) - 1)
     same_place = (theirs[at] == mine) & (other.depth[at] == leaves.depth)
-    return ~(same_place & (np.abs(other.log_odds[at] - leaves.log_odds) <= LOG_ODDS_TOLERANCE))
+    alike: NDArray[np.bool_] = same_place & (np.abs(other.log_odds[at] - leaves.log_odds) <= LOG_ODDS_TOLERANCE)
+    return ~alike
 
 
 def _subset(leaves: Leaves, chosen: NDArray[np.bool_]) -> tuple[Codes, Codes, NDArray[np.float32]]:

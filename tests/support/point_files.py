@@ -49,8 +49,8 @@ def read_pcd(path: Path) -> NDArray[np.float32]:
     formats = [f"<{kinds[t]}{s}" for t, s in zip(header["TYPE"], header["SIZE"], strict=True)]
     points, body = int(header["POINTS"][0]), raw[header_end:]
     if header["DATA"][0] == "ascii":
-        table = np.loadtxt(body.decode().splitlines(), ndmin=2)
-        return table[:, [header["FIELDS"].index(f) for f in "xyz"]].astype(np.float32)
+        rows = np.loadtxt(body.decode().splitlines(), ndmin=2)
+        return rows[:, [header["FIELDS"].index(f) for f in "xyz"]].astype(np.float32)
     if header["DATA"][0] == "binary":
         fields = list(zip(header["FIELDS"], formats, [(c,) for c in counts], strict=True))
         table = np.frombuffer(body, dtype=np.dtype(fields), count=points)

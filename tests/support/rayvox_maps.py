@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import rayvox
+from rayvox.occupancy_map import Engine
 
 from tests.support.equality_inputs import MapScan
 from tests.support.occupancy_oracle import Leaves
@@ -16,7 +17,7 @@ def leaves_of(occupancy_map: rayvox.OccupancyMap) -> Leaves:
 
 
 def insert_map_scan(
-    occupancy_map: rayvox.OccupancyMap, scan: MapScan, max_range_m: float | None = None, engine: str = "auto"
+    occupancy_map: rayvox.OccupancyMap, scan: MapScan, max_range_m: float | None = None, engine: Engine = "auto"
 ) -> None:
     """A scan whose rays are already in the map frame."""
     occupancy_map.insert_scan(

@@ -46,4 +46,5 @@ def room_scan(
     disc = b * b - a * c
     to_pillar = np.where(disc > 0, (-b - np.sqrt(np.maximum(disc, 0))) / a, np.inf)
     reach = np.where(to_pillar > 0, np.minimum(to_wall, to_pillar), to_wall)
-    return (origin_m + directions * reach[:, None]).astype(np.float32)
+    points: NDArray[np.float32] = (origin_m + directions * reach[:, None]).astype(np.float32)
+    return points

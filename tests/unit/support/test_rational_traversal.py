@@ -34,7 +34,8 @@ def cells_by_intersection(origin: tuple[float, ...], end: tuple[float, ...]) -> 
     ranges = [
         range(math.floor(min(o, e)) - 1, math.floor(max(o, e)) + 2) for o, e in zip(origin, end, strict=True)
     ]
-    return {cell for cell in itertools.product(*ranges) if segment_meets_cell(origin, end, cell)}
+    cells = ((x, y, z) for x, y, z in itertools.product(*ranges))
+    return {cell for cell in cells if segment_meets_cell(origin, end, cell)}
 
 
 @settings(max_examples=150, deadline=None)

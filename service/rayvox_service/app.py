@@ -50,7 +50,8 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,
         redoc_url=None,
     )
-    for module in (health, maps, scans, queries, export, stream):
+    # Scans first: theirs is the path that has to be short.
+    for module in (scans, stream, queries, maps, export, health):
         app.include_router(module.router, prefix="/v1")
     for error in (Problem, FrameError, RayvoxError, OSError, Exception):
         app.add_exception_handler(error, answer_error)

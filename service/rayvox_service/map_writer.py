@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from rayvox import OccupancyMap
 
 from rayvox_service import map_operation, scan
+from rayvox_service.byte_budget import ByteBudget
 from rayvox_service.frame import Bytes, Frame, FrameLimits, decode_frame
 from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
@@ -59,7 +60,7 @@ class MapWriter:
         self._published, self._journal, self._ledger, self._limits = published, journal, ledger, limits
         self._reload, self._on_applied = reload, on_applied
         self._lock = threading.Lock()
-        self._queued = 0
+        self._budget = ByteBudget(limits.queue_bytes)
         self._closed: Problem | None = None
         self._broken: Problem | None = None
         self._inbox: SimpleQueue[Submission | None] = SimpleQueue()
@@ -74,7 +75,7 @@ class MapWriter:
 
     @property
     def queued_bytes(self) -> int:
-        return self._queued
+        return self._budget.used
 
     @property
     def broken(self) -> Problem | None:
@@ -86,11 +87,7 @@ class MapWriter:
         refusal = self._broken or self._closed
         if refusal is not None:
             raise refusal
-        # A frame larger than the whole queue is still taken when nothing else waits: it could never go otherwise.
-        if self._queued and self._queued + nbytes > self._limits.queue_bytes:
-            raise Problem(
-                "overloaded", f"{self._queued} bytes wait to be applied, the limit is {self._limits.queue_bytes}"
-            )
+        self._budget.check_room(nbytes)
 
     def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None) -> Submission:
         """Queue one scan frame. Raises Problem overloaded, or the reason why the map takes nothing any more."""
@@ -113,24 +110,18 @@ class MapWriter:
         self._journal.close()
 
     def _submit(self, submission: Submission) -> Submission:
+        # Under the lock, so that nothing is queued behind the mark that ends the threads.
         with self._lock:
-            self.check_room(len(submission.data))
-            submission.reserved = len(submission.data)
-            self._queued += submission.reserved
+            refusal = self._broken or self._closed
+            if refusal is not None:
+                raise refusal
+            self._budget.take(submission)
             self._inbox.put(submission)
         return submission
 
-    def _reserve(self, submission: Submission, more: int) -> None:
-        with self._lock:
-            self._queued += more
-            submission.reserved += more
-
-    def _release(self, submission: Submission) -> None:
-        self._reserve(submission, -submission.reserved)
-
     def _reject(self, submission: Submission, error: Exception) -> None:
         problem = as_problem(error)
-        self._release(submission)
+        self._budget.release(submission)
         settle_error(submission.journaled, problem)
         settle_error(submission.applied, problem)
 
@@ -173,7 +164,7 @@ class MapWriter:
         if frame.kind == scan.KIND and self._is_retry(submission, frame, earlier):
             return None
         operation = map_operation.parse_operation(frame, self._published.unchanging(), self._limits.max_points)
-        self._reserve(submission, operation.nbytes)
+        self._budget.change(submission, operation.nbytes)
         return Entry(submission, operation, group, frame.crc32c, frame.nbytes)
 
     def _is_retry(self, submission: Submission, frame: Frame, earlier: list[Entry]) -> bool:
@@ -221,7 +212,7 @@ class MapWriter:
             scan_id = entry.submission.scan_id
             if scan_id is not None:
                 self._ledger.add(scan_id, ScanEntry(entry.sequence, entry.crc32c, entry.nbytes))
-            self._reserve(entry.submission, -len(entry.submission.data))
+            self._budget.change(entry.submission, -len(entry.submission.data))
             entry.submission.data = b""
         self.last_sequence = entries[-1].sequence
 
@@ -234,7 +225,7 @@ class MapWriter:
                 revision = self._published.revision
                 settle(submission.applied, Receipt(submission.scan_id, sequence, "applied", revision, True))
 
-        self._release(submission)
+        self._budget.release(submission)
         # Runs at once for a scan that is in the map already.
         self.applied.reached(sequence).add_done_callback(answer_applied)
         if submission.applied.done() and submission.applied.exception() is None:
@@ -265,7 +256,7 @@ class MapWriter:
         self._published.publish()
         self.scans_applied += entry.submission.scan_id is not None
         # The bytes are given back before anybody hears of it: who waited for room finds it.
-        self._release(entry.submission)
+        self._budget.release(entry.submission)
         self.applied.advance(entry.sequence)
         self.revision.advance(outcome.revision)
         receipt = Receipt(
@@ -283,7 +274,7 @@ class MapWriter:
         self.applied.fail(self._broken)
         self.revision.fail(self._broken)
         settle_error(entry.submission.applied, self._broken)
-        self._release(entry.submission)
+        self._budget.release(entry.submission)
 
 
 def _check_same_bytes(known: ScanEntry, frame: Frame, scan_id: uuid.UUID) -> None:

@@ -22,24 +22,24 @@ from rayvox_service.service import Service
 from rayvox_service.settings import Settings
 
 
-def create_app(settings: Settings) -> FastAPI:
-    """An application over `settings.data_dir`, which it takes for itself when it starts up.
+def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
+    """An application over `store`, or over `settings.data_dir`, which it then takes for itself when it starts up.
 
     Maps are restored in the background: /v1/health answers at once, /v1/ready when all are there.
     """
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        store = MapStore(settings)
+        opened = store or MapStore(settings)
         with ThreadPoolExecutor(settings.query_threads, "query") as pool:
-            app.state.service = Service(settings, store, pool)
-            restoring = asyncio.create_task(asyncio.to_thread(store.open_all))
+            app.state.service = Service(settings, opened, pool)
+            restoring = asyncio.create_task(asyncio.to_thread(opened.open_all))
             try:
                 yield
             finally:
-                store.stop_opening()
+                opened.stop_opening()
                 await restoring
-                await asyncio.to_thread(store.close)
+                await asyncio.to_thread(opened.close)
 
     app = FastAPI(
         title="rayvox",

@@ -10,6 +10,7 @@ import sys
 import uvicorn
 
 from rayvox_service.app import create_app
+from rayvox_service.map_store import MapStore
 from rayvox_service.settings import Settings
 
 # Threads of the interpreter hand over after this time at the latest. The default of 5 ms would show in every answer.
@@ -37,13 +38,15 @@ class _Server(uvicorn.Server):
 def serve(settings: Settings) -> None:
     """Serve until SIGINT or SIGTERM, then finish what was taken. Prints the URL once it answers.
 
-    Raises OSError when the address cannot be bound, SystemExit when the data directory cannot be used.
+    Raises OSError when the address cannot be bound or the data directory not be written, DataDirectoryInUseError when
+    another service has it.
     """
     listener = _listen(settings.host, settings.port)
+    store = MapStore(settings)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     _keep_freed_memory()
     config = uvicorn.Config(
-        create_app(settings),
+        create_app(settings, store),
         loop="uvloop",
         http="httptools",
         ws="websockets-sansio",
@@ -59,8 +62,6 @@ def serve(settings: Settings) -> None:
     host, port = listener.getsockname()[:2]
     server = _Server(config, f"http://{f'[{host}]' if ':' in host else host}:{port}")
     server.run(sockets=[listener])
-    if not server.started:
-        raise SystemExit(3)
 
 
 def _keep_freed_memory() -> None:

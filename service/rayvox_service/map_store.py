@@ -24,7 +24,7 @@ from rayvox_service.settings import Settings
 log = logging.getLogger(__name__)
 
 
-class DataDirectoryInUseError(RuntimeError):
+class DataDirectoryInUseError(OSError):
     """Another service works on the same data directory."""
 
 

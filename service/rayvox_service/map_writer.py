@@ -97,14 +97,19 @@ class MapWriter:
         return self._submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
 
     def close(self, refusal: Problem, *, drain: bool) -> None:
-        """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads."""
+        """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads. Once is enough."""
         with self._lock:
+            if self._closed is not None:
+                return
             self._closed = refusal
             if not drain:
                 self._broken = self._broken or refusal
             self._inbox.put(None)
         for thread in self._threads:
             thread.join()
+        # The owner's callbacks refer back to it: without this a deleted map would keep its memory until some later
+        # garbage collection, which then stops everything for as long as freeing the octree takes.
+        del self._reload, self._on_applied
         self.applied.fail(refusal)
         self.revision.fail(refusal)
         self._journal.close()

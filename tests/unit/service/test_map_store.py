@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import errno
+import gc
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -49,6 +51,16 @@ def test_a_deleted_map_leaves_nothing_behind(store: MapStore, tmp_path: Path) ->
     store.delete("lab")
     assert not any((tmp_path / "maps").iterdir())
     assert not any((tmp_path / "trash").iterdir())
+
+
+def test_a_deleted_maps_memory_is_free_at_once(store: MapStore) -> None:
+    gc.disable()
+    try:
+        hosted = weakref.ref(store.create(LAB))
+        store.delete("lab")
+        assert hosted() is None
+    finally:
+        gc.enable()
 
 
 def test_maps_that_are_still_being_restored_say_so(store: MapStore, tmp_path: Path) -> None:

@@ -1,11 +1,14 @@
 // The exact DDA (Amanatides and Woo 1987) over a tile's segments, Lanes::width rays in lockstep. Included once per
 // instruction set, inside its namespace, after its Lanes.
 //
-// Each lane measures its ray in dominant-axis voxels from the segment's first crossing, so parameters stay below 64 and
-// float32 knows them to 2^-16.6. They are computed from the number of crossings, never accumulated. Crossings closer
-// than near_tie are left to exact arithmetic (crossing_order.hpp); that is one lane-step in some ten thousand.
+// Each lane measures its ray in dominant-axis voxels from the segment's first crossing. A parameter is computed from
+// the number of crossings, never accumulated: first + count * step, three float32 roundings (2^-24 each) at most, so
+// two parameters whose order is in doubt lie within a factor of 1 + 2^-21 of each other. Those are left to exact
+// arithmetic (crossing_order.hpp), one lane-step in some fifty thousand. The absolute part covers the float64
+// arithmetic that the first crossings come from.
 
-constexpr float near_tie = 0x1p-15f;
+constexpr float tie_factor = 1 + 0x1p-21f;
+constexpr float tie_margin = 0x1p-24f;
 constexpr std::uint32_t axis_bits[3] = {0x09249, 0x09249 << 1, 0x09249 << 2};
 
 // Every third bit of an 18-bit Morton code, from bit 0.
@@ -82,7 +85,8 @@ class LockstepRays {
     L::mark(marks.cell, L::select(active, cell, L::broadcast(static_cast<std::uint32_t>(tile_cells))));
     remaining_ = L::decrement_where(remaining_, active);
 
-    const F limit = L::add(L::min(t_[0], L::min(t_[1], t_[2])), L::broadcast(near_tie));
+    const F first = L::min(t_[0], L::min(t_[1], t_[2]));
+    const F limit = L::multiply_add(first, L::broadcast(tie_factor), L::broadcast(tie_margin));
     M axes[3];
     for (int axis = 0; axis < 3; ++axis) axes[axis] = L::less_equal(t_[axis], limit);
     const M two = L::either(L::both(axes[0], axes[1]), L::both(axes[2], L::either(axes[0], axes[1])));

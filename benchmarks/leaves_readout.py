@@ -70,11 +70,14 @@ def main() -> None:
         "pyoctomap_iterator_s": seconds_of(lambda: read_by_iterator(peer), 1),
     }
     print(header)
-    rows = [[name, results[key] * 1e3, results[key] / results["rayvox_s"]] for name, key in (
-        ("rayvox leaves()", "rayvox_s"),
-        ("OctoMap .ot stream, numpy", "octomap_file_stream_s"),
-        ("pyoctomap iterator", "pyoctomap_iterator_s"),
-    )]
+    rows = [
+        [name, results[key] * 1e3, results[key] / results["rayvox_s"]]
+        for name, key in (
+            ("rayvox leaves()", "rayvox_s"),
+            ("OctoMap .ot stream, numpy", "octomap_file_stream_s"),
+            ("pyoctomap iterator", "pyoctomap_iterator_s"),
+        )
+    ]
     print(f"{results['leaves']} leaves")
     print_table(["way", "ms", "times rayvox"], rows)
     if arguments.write:

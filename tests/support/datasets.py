@@ -140,7 +140,7 @@ def radish_2d(log: str = "intel", first: int = 0, count: int = 300, every: int =
     Ranges of 80 m and more are rays without return. Poses are raw odometry: consistent over a few hundred scans.
     """
     lines = bz2.decompress(data_path(f"radish_2d/{log}.clf.bz2").read_bytes()).decode().splitlines()
-    lasers = [line for line in lines if line.startswith("FLASER")][first :: every][:count]
+    lasers = [line for line in lines if line.startswith("FLASER")][first::every][:count]
     scans = []
     for line in lasers:
         words = line.split()

@@ -93,9 +93,7 @@ def ray_cells(
 ) -> tuple[list[Cell], Cell | None]:
     """Free cells of one ray and its occupied cell, None where the ray was cut or came back without an echo."""
     end, cut = cut_end(origin_m, end_m, max_range_m)
-    cells = passed_cells(
-        to_voxel_units(origin_m, resolution_m).tolist(), to_voxel_units(end, resolution_m).tolist()
-    )
+    cells = passed_cells(to_voxel_units(origin_m, resolution_m).tolist(), to_voxel_units(end, resolution_m).tolist())
     return cells[:-1], None if cut or not returned else cells[-1]
 
 

@@ -64,7 +64,7 @@ class ExactScan:
         return np.flatnonzero(low <= high + 1e-9)
 
     def tie(self, ray: int, cell: Cell) -> str | None:
-        """"exact" where the ray touches the cell's boundary or ends on it, "near" within the bound, else None."""
+        """ "exact" where the ray touches the cell's boundary or ends on it, "near" within the bound, else None."""
         origin, end = self.rays.origins_u[ray].tolist(), self.rays.ends_u[ray].tolist()
         nearest = min(abs(traversal_margin(origin, end, cell)), distance_to_boundary(end, cell))
         if nearest == 0:

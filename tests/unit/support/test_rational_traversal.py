@@ -31,9 +31,7 @@ point = st.tuples(coordinate, coordinate, coordinate)
 
 
 def cells_by_intersection(origin: tuple[float, ...], end: tuple[float, ...]) -> set[Cell]:
-    ranges = [
-        range(math.floor(min(o, e)) - 1, math.floor(max(o, e)) + 2) for o, e in zip(origin, end, strict=True)
-    ]
+    ranges = [range(math.floor(min(o, e)) - 1, math.floor(max(o, e)) + 2) for o, e in zip(origin, end, strict=True)]
     cells = ((x, y, z) for x, y, z in itertools.product(*ranges))
     return {cell for cell in cells if segment_meets_cell(origin, end, cell)}
 

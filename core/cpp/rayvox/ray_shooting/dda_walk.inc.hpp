@@ -19,28 +19,22 @@ static inline std::uint32_t compact(std::uint32_t code) {
   return (code | code >> 8) & 0x0003f;
 }
 
-// Lanes::width segments walked together. Morton coordinates are stepped in place: with the other axes' bits masked
-// away, subtracting the lowest bit steps down, subtracting the mask (adding its two's complement) steps up.
-template <class L>
-class LockstepRays {
- public:
-  static constexpr int width = L::width;
-  using F = typename L::Float;
-  using U = typename L::Uint;
-  using M = typename L::Mask;
+// What lanes need to know of their segments before the first step, laid out so that compilers vectorise its making.
+template <int width>
+struct LaneStart {
+  alignas(64) float t_first[3][width], t_step[3][width];
+  alignas(64) std::uint32_t position[3][width], decrement[3][width], remaining[width];
 
   // Lanes beyond `count` stay idle.
-  LockstepRays(const TileSegments& tile, const Segment* segments, int count) : tile_(tile), segments_(segments) {
-    alignas(64) float first[3][width], step[3][width];
-    alignas(64) std::uint32_t position[3][width], decrement[3][width], remaining[width];
-    alignas(64) double direction[3][width], longest[width], ahead[3][width], base[width];
+  LaneStart(const TileSegments& tile, const Segment* segments, int count) {
+    alignas(64) double direction[3][width], t[3][width], longest[width], base[width];
+    alignas(64) std::uint32_t first_cell[width];
     for (int lane = 0; lane < width; ++lane) {
       const Segment& segment = segments[lane < count ? lane : 0];
-      const std::uint32_t cell = segment.start_and_crossings & 0x3ffff;
+      first_cell[lane] = segment.start_and_crossings & 0x3ffff;
       remaining[lane] = lane < count ? segment.start_and_crossings >> 18 : 0;
       for (int axis = 0; axis < 3; ++axis) {
         direction[axis][lane] = tile.end[axis][segment.ray] - tile.origin[axis];
-        position[axis][lane] = cell & axis_bits[axis];
       }
     }
     for (int lane = 0; lane < width; ++lane) {
@@ -50,104 +44,131 @@ class LockstepRays {
       base[lane] = __builtin_inf();
     }
     for (int axis = 0; axis < 3; ++axis) {
+      // Copies, which the compiler knows nobody else writes.
+      const std::uint32_t bits = axis_bits[axis], lowest_bit = 1u << axis;
+      const double tile_cell = tile.tile_cell[axis], origin = tile.origin[axis];
       for (int lane = 0; lane < width; ++lane) {
         const double d = direction[axis][lane];
-        const double cell = tile.tile_cell[axis] + static_cast<double>(compact(position[axis][lane] >> axis));
+        const double cell =
+            tile_cell + static_cast<double>(static_cast<std::int32_t>(compact(first_cell[lane] >> axis)));
         const double per_voxel = longest[lane] / d;
-        const double t = (cell + (d > 0 ? 1 : 0) - tile.origin[axis]) * per_voxel;
-        ahead[axis][lane] = d != 0 ? t : __builtin_inf();
-        base[lane] = ahead[axis][lane] < base[lane] ? ahead[axis][lane] : base[lane];
+        const double met = (cell + (d > 0 ? 1.0 : 0.0) - origin) * per_voxel;
+        t[axis][lane] = d != 0 ? met : __builtin_inf();
+        base[lane] = t[axis][lane] < base[lane] ? t[axis][lane] : base[lane];
         const double magnitude = __builtin_fabs(per_voxel);
-        step[axis][lane] = static_cast<float>(magnitude < 1e30 ? magnitude : 1e30);
-        decrement[axis][lane] = d > 0 ? axis_bits[axis] : (1u << axis);
+        t_step[axis][lane] = static_cast<float>(magnitude < 1e30 ? magnitude : 1e30);
+        position[axis][lane] = first_cell[lane] & bits;
+        decrement[axis][lane] = d > 0 ? bits : lowest_bit;
       }
     }
     for (int axis = 0; axis < 3; ++axis) {
       for (int lane = 0; lane < width; ++lane) {
-        const double t = ahead[axis][lane] - base[lane];
-        first[axis][lane] = t < 1e30 ? static_cast<float>(t) : __builtin_inff();
+        const double ahead = t[axis][lane] - base[lane];
+        t_first[axis][lane] = ahead < 1e30 ? static_cast<float>(ahead) : __builtin_inff();
       }
-      t_[axis] = t_first_[axis] = L::load(first[axis]);
-      t_step_[axis] = L::load(step[axis]);
-      position_[axis] = L::load(position[axis]);
-      decrement_[axis] = L::load(decrement[axis]);
-      crossed_[axis] = L::broadcast(0.0f);
     }
-    remaining_ = L::load(remaining);
   }
+};
 
-  bool active() const { return L::any(L::nonzero(remaining_)); }
+// Decides exactly which axes the tied lanes step. `axes` (a bit per lane) comes in as their candidates; `extra` counts,
+// per lane, the axes that step beyond the first.
+template <int width>
+__attribute__((noinline)) static void settle_near_ties(const TileSegments& tile, const Segment* segments, unsigned tied,
+                                                       const std::uint32_t (&position)[3][width], unsigned (&axes)[3],
+                                                       std::uint32_t (&extra)[width]) {
+  for (; tied; tied &= tied - 1) {
+    const int lane = __builtin_ctz(tied);
+    std::int32_t cell[3];
+    std::uint8_t candidates = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      cell[axis] = tile.tile_cell[axis] + static_cast<std::int32_t>(compact(position[axis][lane] >> axis));
+      candidates |= static_cast<std::uint8_t>((axes[axis] >> lane & 1) << axis);
+    }
+    const std::uint8_t together = settle_tie(tile, segments[lane].ray, cell, candidates);
+    for (int axis = 0; axis < 3; ++axis) {
+      axes[axis] = (axes[axis] & ~(1u << lane)) | static_cast<unsigned>(together >> axis & 1) << lane;
+    }
+    extra[lane] = static_cast<std::uint32_t>(__builtin_popcount(together)) - 1;
+  }
+}
+
+// Lanes::width segments walked together. Morton coordinates are stepped in place: with the other axes' bits masked
+// away, subtracting the lowest bit steps down, subtracting the mask (adding its two's complement) steps up. Nothing
+// takes this object's address, so that all of it stays in registers.
+template <class L>
+struct LockstepRays {
+  using F = typename L::Float;
+  using U = typename L::Uint;
+  using M = typename L::Mask;
+  static constexpr int width = L::width;
+
+  F tx, ty, tz, tx_first, ty_first, tz_first, tx_step, ty_step, tz_step, x_crossed, y_crossed, z_crossed;
+  U x, y, z, x_decrement, y_decrement, z_decrement, remaining;
+
+  explicit LockstepRays(const LaneStart<width>& start)
+      : tx(L::load(start.t_first[0])),
+        ty(L::load(start.t_first[1])),
+        tz(L::load(start.t_first[2])),
+        tx_first(tx),
+        ty_first(ty),
+        tz_first(tz),
+        tx_step(L::load(start.t_step[0])),
+        ty_step(L::load(start.t_step[1])),
+        tz_step(L::load(start.t_step[2])),
+        x_crossed(L::broadcast(0.0f)),
+        y_crossed(x_crossed),
+        z_crossed(x_crossed),
+        x(L::load(start.position[0])),
+        y(L::load(start.position[1])),
+        z(L::load(start.position[2])),
+        x_decrement(L::load(start.decrement[0])),
+        y_decrement(L::load(start.decrement[1])),
+        z_decrement(L::load(start.decrement[2])),
+        remaining(L::load(start.remaining)) {}
+
+  bool active() const { return L::any(L::nonzero(remaining)); }
 
   // Marks the cell each active lane is in, then steps it over the border that is met first.
-  void mark_and_step(TileMarks& marks) {
-    const M active = L::nonzero(remaining_);
-    const U cell = L::combine(position_[0], position_[1], position_[2]);
-    L::mark(marks.cell, L::select(active, cell, L::broadcast(static_cast<std::uint32_t>(tile_cells))));
-    remaining_ = L::decrement_where(remaining_, active);
+  void mark_and_step(const TileSegments& tile, const Segment* segments, TileMarks& marks) {
+    const M walking = L::nonzero(remaining);
+    L::mark(marks.cell, L::select(walking, L::combine(x, y, z), L::broadcast(static_cast<std::uint32_t>(tile_cells))));
+    remaining = L::decrement_where(remaining, walking);
 
-    const F first = L::min(t_[0], L::min(t_[1], t_[2]));
+    const F first = L::min(tx, L::min(ty, tz));
     const F limit = L::multiply_add(first, L::broadcast(tie_factor), L::broadcast(tie_margin));
-    M axes[3];
-    for (int axis = 0; axis < 3; ++axis) axes[axis] = L::less_equal(t_[axis], limit);
-    const M two = L::either(L::both(axes[0], axes[1]), L::both(axes[2], L::either(axes[0], axes[1])));
-    if (L::any(L::both(active, two))) [[unlikely]] {
-      settle_near_ties(L::bits(L::both(active, two)), axes);
+    M in_x = L::less_equal(tx, limit), in_y = L::less_equal(ty, limit), in_z = L::less_equal(tz, limit);
+    const M tied = L::both(walking, L::either(L::both(in_x, in_y), L::both(in_z, L::either(in_x, in_y))));
+    if (L::any(tied)) [[unlikely]] {
+      alignas(64) std::uint32_t position[3][width], extra[width] = {};
+      L::store(position[0], x);
+      L::store(position[1], y);
+      L::store(position[2], z);
+      unsigned axes[3] = {L::bits(in_x), L::bits(in_y), L::bits(in_z)};
+      settle_near_ties<width>(tile, segments, L::bits(tied), position, axes, extra);
+      in_x = L::from_bits(axes[0]);
+      in_y = L::from_bits(axes[1]);
+      in_z = L::from_bits(axes[2]);
+      remaining = L::subtract(remaining, L::load(extra));
     }
-    for (int axis = 0; axis < 3; ++axis) {
-      position_[axis] = L::dilated_step(position_[axis], decrement_[axis], L::broadcast(axis_bits[axis]), axes[axis]);
-      crossed_[axis] = L::increment_where(crossed_[axis], axes[axis]);
-      t_[axis] = L::multiply_add(crossed_[axis], t_step_[axis], t_first_[axis]);
-    }
+    x = L::dilated_step(x, x_decrement, L::broadcast(axis_bits[0]), in_x);
+    y = L::dilated_step(y, y_decrement, L::broadcast(axis_bits[1]), in_y);
+    z = L::dilated_step(z, z_decrement, L::broadcast(axis_bits[2]), in_z);
+    x_crossed = L::increment_where(x_crossed, in_x);
+    y_crossed = L::increment_where(y_crossed, in_y);
+    z_crossed = L::increment_where(z_crossed, in_z);
+    tx = L::multiply_add(x_crossed, tx_step, tx_first);
+    ty = L::multiply_add(y_crossed, ty_step, ty_first);
+    tz = L::multiply_add(z_crossed, tz_step, tz_first);
   }
-
- private:
-  // Decides exactly which axes the tied lanes step; `axes` comes in as their candidates.
-  __attribute__((noinline)) void settle_near_ties(unsigned tied, M axes[3]) {
-    alignas(64) std::uint32_t position[3][width], extra[width] = {};
-    unsigned bits[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      L::store(position[axis], position_[axis]);
-      bits[axis] = L::bits(axes[axis]);
-    }
-    for (; tied; tied &= tied - 1) {
-      const int lane = __builtin_ctz(tied);
-      std::int32_t cell[3];
-      std::uint8_t candidates = 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        cell[axis] = tile_.tile_cell[axis] + static_cast<std::int32_t>(compact(position[axis][lane] >> axis));
-        candidates |= static_cast<std::uint8_t>((bits[axis] >> lane & 1) << axis);
-      }
-      const std::uint8_t together = settle_tie(tile_, segments_[lane].ray, cell, candidates);
-      for (int axis = 0; axis < 3; ++axis) {
-        bits[axis] = (bits[axis] & ~(1u << lane)) | static_cast<unsigned>(together >> axis & 1) << lane;
-      }
-      extra[lane] = static_cast<std::uint32_t>(__builtin_popcount(together)) - 1;
-    }
-    for (int axis = 0; axis < 3; ++axis) axes[axis] = L::from_bits(bits[axis]);
-    remaining_ = L::subtract(remaining_, L::load(extra));
-  }
-
-  const TileSegments& tile_;
-  const Segment* segments_;
-  F t_[3], t_first_[3], t_step_[3], crossed_[3];
-  U position_[3], decrement_[3], remaining_;
 };
 
 template <class L>
 static void walk_segments(const TileSegments& tile, TileMarks& marks) {
-  // Two groups at a time: a step is one long chain of dependent instructions, two chains fill the pipeline.
-  constexpr std::size_t width = L::width;
-  for (std::size_t first = 0; first < tile.count; first += 2 * width) {
+  constexpr int width = L::width;
+  for (std::size_t first = 0; first < tile.count; first += width) {
     const std::size_t count = tile.count - first;
     const Segment* segments = tile.segments + first;
-    LockstepRays<L> a(tile, segments, static_cast<int>(count < width ? count : width));
-    const std::size_t second = count > width ? count - width : 0;
-    LockstepRays<L> b(tile, segments + (second ? width : 0), static_cast<int>(second < width ? second : width));
-    while (a.active() && b.active()) {
-      a.mark_and_step(marks);
-      b.mark_and_step(marks);
-    }
-    while (a.active()) a.mark_and_step(marks);
-    while (b.active()) b.mark_and_step(marks);
+    LockstepRays<L> rays(LaneStart<width>(tile, segments, static_cast<int>(count < width ? count : width)));
+    while (rays.active()) rays.mark_and_step(tile, segments, marks);
   }
 }

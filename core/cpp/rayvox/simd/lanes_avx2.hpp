@@ -60,7 +60,7 @@ struct Lanes {
     alignas(32) std::uint32_t at[width];
     _mm256_store_si256(reinterpret_cast<__m256i*>(at), index);
     // Reloading each index costs a load port; extracting it from the register would cost two vector ports.
-    asm volatile("" : : "r"(at) : "memory");
+    asm("" : "+m"(at));
     for (int lane = 0; lane < width; ++lane) bytes[at[lane]] = 1;
   }
 };

@@ -49,7 +49,7 @@ struct Lanes {
     alignas(64) std::uint32_t at[width];
     _mm512_store_si512(at, index);
     // Reloading each index costs a load port; extracting it from the register would cost two vector ports.
-    asm volatile("" : : "r"(at) : "memory");
+    asm("" : "+m"(at));
     for (int lane = 0; lane < width; ++lane) bytes[at[lane]] = 1;
   }
 };

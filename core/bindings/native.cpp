@@ -38,6 +38,8 @@ void translate(const std::exception_ptr& pointer, void*) {
 }  // namespace
 
 NB_MODULE(_native, m) {
+  // Maps that live until the interpreter ends are no leak worth a warning in every user's terminal.
+  nb::set_leak_warnings(false);
   nb::register_exception_translator(translate);
   nb::class_<SensorModel>(m, "SensorModel")
       .def(nb::init<double, double, double, double, double>(), nb::arg("p_hit"), nb::arg("p_miss"),

@@ -139,10 +139,12 @@ class OccupancyMap:
     ) -> ScanResult:
         """Inserts one scan: voxels that rays pass become freer, those that hold an end point more occupied.
 
-        points: (n, 3) float32 or float64, metres, sensor frame: where rays ended. T_map_sensor: (4, 4) rigid,
-        map = T @ sensor; None is the identity. origin: where the beams start, sensor frame. max_range_m: longer
-        rays are cut there and mark no end point. no_return: (k, 3), direction times range of rays that met nothing; they only
-        clear. discretize: one ray per end-point voxel, as OctoMap's option of that name (faster, but another map).
+        points: (n, 3) float32 or float64, metres, sensor frame: where rays ended.
+        T_map_sensor: (4, 4) rigid, map = T @ sensor; None is the identity.
+        origin: where the beams start, sensor frame, metres.
+        max_range_m: longer rays are cut there and mark no end point.
+        no_return: (k, 3), direction times range of rays that met nothing; they only clear.
+        discretize: one ray per end-point voxel, as OctoMap's option of that name (faster, but another map).
         Occupied wins over free within a scan.
 
         Raises InvalidInputError (empty, NaN, wrong shape, pose not rigid) or OutOfRangeError, naming index and value;

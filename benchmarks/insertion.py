@@ -1,6 +1,7 @@
 """Scan insertion, points to updated octree: rayvox against OctoMap in one run.
 
-    python -m benchmarks.insertion [--quick] [--passes N] [--octomap-passes N] [--repeats N] [--only TEXT] [--write NAME]
+    python -m benchmarks.insertion [--quick] [--passes N] [--octomap-passes N] [--repeats N] [--only TEXT]
+                                   [--write NAME]
 
 First scan: into an empty map. Steady state: the scans inserted PASSES times over into one map, the last half of the
 passes. Medians over scans, passes and repeats; rayvox and OctoMap take turns. Both get the same float32 rays.

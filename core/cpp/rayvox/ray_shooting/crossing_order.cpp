@@ -60,6 +60,8 @@ int compare_parameters(const Ray& ray, const Crossing& a, const Crossing& b) {
   const double oa = ray.origin[a.axis], ob = ray.origin[b.axis], ea = ray.end[a.axis], eb = ray.end[b.axis];
   const double left = std::abs(a.border - oa) * std::abs(eb - ob);
   const double right = std::abs(b.border - ob) * std::abs(ea - oa);
+  // Both at the origin itself, as for every ray of a sensor that stands on a cell corner.
+  if (left == 0 && right == 0) return 0;
   // Three roundings of at most 2^-53 on either side.
   if (std::abs(left - right) > 0x1p-50 * (left > right ? left : right)) return left < right ? -1 : 1;
 

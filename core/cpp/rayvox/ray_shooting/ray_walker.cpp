@@ -9,9 +9,7 @@
 namespace rayvox {
 
 RayWalker::RayWalker(const Ray& ray)
-    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {
-  for (int axis = 0; axis < 3; ++axis) inverse_direction_[axis] = 1.0 / (ray.end[axis] - ray.origin[axis]);
-}
+    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {}
 
 void RayWalker::leave_block(int level) {
   double t[3], border[3];
@@ -21,10 +19,10 @@ void RayWalker::leave_block(int level) {
     if (cell_[axis] == end_cell_[axis]) continue;
     const std::int32_t block = cell_[axis] >> level;
     border[axis] = static_cast<double>(end_cell_[axis] > cell_[axis] ? (block + 1) << level : block << level);
-    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_direction_[axis];
+    t[axis] = (border[axis] - ray_.origin[axis]) / (ray_.end[axis] - ray_.origin[axis]);
     t_first = std::min(t_first, t[axis]);
   }
-  // Each t carries at most four roundings of 2^-53; closer pairs are compared exactly.
+  // Each t carries three roundings of 2^-53; closer pairs are compared exactly.
   int first = -1;
   std::uint8_t together = 0;
   for (int axis = 0; axis < 3; ++axis) {

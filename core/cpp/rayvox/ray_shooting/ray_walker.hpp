@@ -28,7 +28,6 @@ class RayWalker {
   std::int32_t cell_at_crossing(int axis, double t, int crossed_axis, double crossed_border) const;
 
   Ray ray_;
-  double inverse_direction_[3];
   Cell cell_, end_cell_;
   double t_ = 0;
 };

@@ -78,11 +78,7 @@ std::vector<std::size_t> by_descending_work(const std::vector<TileWork>& tiles) 
 
 std::size_t InsertionWorkspace::bytes() const {
   std::size_t total = marks.size() * sizeof(TileMarks);
-  for (const TileBins& worker : bins) {
-    for (const TileBin& bin : worker.bins()) {
-      total += bin.segments.capacity() * sizeof(Segment) + bin.ends.capacity() * sizeof(std::uint32_t);
-    }
-  }
+  for (const TileBins& worker : bins) total += worker.bytes();
   return total;
 }
 

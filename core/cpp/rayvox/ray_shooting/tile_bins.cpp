@@ -43,6 +43,12 @@ class TileAddresses {
 };
 
 void TileBins::clear() {
+  for (TileBin& bin : bins_) {
+    bin.segments.clear();
+    bin.ends.clear();
+    bin.crossings = 0;
+    spare_.push_back(std::move(bin));
+  }
   bins_.clear();
   index_.clear();
   std::fill(std::begin(recent_), std::end(recent_), Recent{});
@@ -53,10 +59,20 @@ TileBin& TileBins::bin_of(const Cell& cell, const TileAddresses& addresses) {
   Recent& recent = recent_[(name ^ name >> 18 ^ name >> 36) & 255];
   if (recent.tile != name) {
     const auto [entry, added] = index_.try_emplace(name, static_cast<std::uint32_t>(bins_.size()));
-    if (added) bins_.emplace_back().tile = addresses.morton(cell);
+    if (added) add_bin(addresses.morton(cell));
     recent = {name, entry->second};
   }
   return bins_[recent.index];
+}
+
+void TileBins::add_bin(std::uint64_t tile) {
+  if (spare_.empty()) {
+    bins_.emplace_back();
+  } else {
+    bins_.push_back(std::move(spare_.back()));
+    spare_.pop_back();
+  }
+  bins_.back().tile = tile;
 }
 
 void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
@@ -78,6 +94,16 @@ void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, co
     if (!rays.marks_end[ray]) continue;
     bin_of(walker.end_cell(), addresses).ends.push_back(addresses.within_tile(walker.end_cell()));
   }
+}
+
+std::size_t TileBins::bytes() const {
+  std::size_t total = 0;
+  for (const std::vector<TileBin>* bins : {&bins_, &spare_}) {
+    for (const TileBin& bin : *bins) {
+      total += bin.segments.capacity() * sizeof(Segment) + bin.ends.capacity() * sizeof(std::uint32_t);
+    }
+  }
+  return total;
 }
 
 std::vector<TileWork> gather_tiles(const std::vector<TileBins>& workers) {

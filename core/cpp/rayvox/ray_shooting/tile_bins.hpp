@@ -28,11 +28,16 @@ class TileBins {
   /// Cuts rays [first, last) exactly at tile borders.
   void add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
   const std::vector<TileBin>& bins() const { return bins_; }
+  /// Bytes held, spare memory included.
+  std::size_t bytes() const;
 
  private:
   TileBin& bin_of(const Cell& cell, const TileAddresses& addresses);
 
+  void add_bin(std::uint64_t tile);
+
   std::vector<TileBin> bins_;
+  std::vector<TileBin> spare_;                              // emptied bins whose memory the next scan reuses
   std::unordered_map<std::uint64_t, std::uint32_t> index_;  // by TileAddresses::name
   // Neighbouring rays cross the same few tiles: a direct-mapped cache in front of the hash table.
   struct Recent {

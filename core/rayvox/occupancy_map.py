@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import numpy.typing as npt
 
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64, as_pose, as_vector
 from rayvox.errors import InvalidInputError
-from rayvox.map_snapshot import ExportFormat, Leaves, MapSnapshot, checked_range
-from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
+from rayvox.map_queries import ExportFormat, MapQueries, checked_range
+from rayvox.map_snapshot import MapSnapshot
+from rayvox.results import ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
 Engine = Literal["auto", "dda"]
@@ -38,7 +38,7 @@ class PreparedScan:
         return self.native.nbytes
 
 
-class OccupancyMap:
+class OccupancyMap(MapQueries):
     """A probabilistic occupancy octree that equals OctoMap's for the same scans.
 
     resolution_m: edge of the finest voxels. depth: levels below the root, 4 to 21; coordinates reach to
@@ -49,14 +49,16 @@ class OccupancyMap:
     def __init__(self, resolution_m: float, depth: int = 16, sensor_model: SensorModel | None = None) -> None:
         self.sensor_model = sensor_model or SensorModel()
         self._native = _native.OccupancyMap(resolution_m, depth, self.sensor_model.native)
-        self._geometry = self._native.snapshot()
+        self.resolution_m = resolution_m
+        self.depth = depth
 
     @classmethod
     def _from_native(cls, snapshot: _native.MapSnapshot, sensor_model: SensorModel) -> OccupancyMap:
         made = cls.__new__(cls)
         made.sensor_model = sensor_model
         made._native = _native.OccupancyMap(snapshot)
-        made._geometry = snapshot
+        made.resolution_m = snapshot.resolution_m
+        made.depth = snapshot.depth
         return made
 
     @classmethod
@@ -78,20 +80,8 @@ class OccupancyMap:
         model = sensor_model or SensorModel()
         return cls._from_native(_native.read_nodes(data, resolution_m, depth, model.native, revision), model)
 
-    @property
-    def resolution_m(self) -> float:
-        """Edge of the finest voxels, metres."""
-        return self._geometry.resolution_m
-
-    @property
-    def depth(self) -> int:
-        """Number of octree levels below the root."""
-        return self._geometry.depth
-
-    @property
-    def revision(self) -> int:
-        """Number of edits so far."""
-        return self._native.revision
+    def _revision_asked(self) -> _native.MapSnapshot:
+        return self._native.snapshot()
 
     @property
     def nbytes(self) -> int:
@@ -159,7 +149,7 @@ class OccupancyMap:
         return self._native.clear_box(as_vector(lo, "lo"), as_vector(hi, "hi"))
 
     def prune(self) -> int:
-        """Returns the revision. The octree is always pruned; the method is there for those who come from OctoMap."""
+        """The revision. The octree is always pruned; the method is there for those who come from OctoMap."""
         return self.revision
 
     def snapshot(self) -> MapSnapshot:
@@ -167,59 +157,13 @@ class OccupancyMap:
         return MapSnapshot(self._native.snapshot(), self.sensor_model)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes .bt, .ot or .ply, by the path's suffix (see MapSnapshot.export_bytes), whole or not at all."""
+        """Writes .bt, .ot or .ply, by the path's suffix (see export_bytes), whole or not at all."""
         target = Path(path)
         suffix: ExportFormat = target.suffix.removeprefix(".")  # type: ignore[assignment]  # checked by export_bytes
-        data = self.snapshot().export_bytes(suffix)
+        data = self.export_bytes(suffix)
         partial = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
             partial.write_bytes(data)
             partial.replace(target)
         finally:
             partial.unlink(missing_ok=True)
-
-    def to_bytes(self) -> bytes:
-        """See MapSnapshot.to_bytes."""
-        return self.snapshot().to_bytes()
-
-    def leaves(self) -> Leaves:
-        """See MapSnapshot.leaves."""
-        return self.snapshot().leaves()
-
-    def leaves_in_box(self, lo: Sequence[float], hi: Sequence[float]) -> Leaves:
-        """See MapSnapshot.leaves_in_box."""
-        return self.snapshot().leaves_in_box(lo, hi)
-
-    def log_odds_at(self, points: npt.ArrayLike, depth: int | None = None) -> npt.NDArray[np.float32]:
-        """See MapSnapshot.log_odds_at."""
-        return self.snapshot().log_odds_at(points, depth)
-
-    def states_at(self, points: npt.ArrayLike, depth: int | None = None) -> npt.NDArray[np.uint8]:
-        """See MapSnapshot.states_at."""
-        return self.snapshot().states_at(points, depth)
-
-    def box_states(self, lo: npt.ArrayLike, hi: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-        """See MapSnapshot.box_states."""
-        return self.snapshot().box_states(lo, hi)
-
-    def cast_rays(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        max_range_m: float | None = None,
-        unknown: Literal["free", "occupied"] = "free",
-    ) -> RayHits:
-        """See MapSnapshot.cast_rays."""
-        return self.snapshot().cast_rays(origins, directions, max_range_m, unknown)
-
-    def changes_since(self, revision: int) -> ChangeSet:
-        """See MapSnapshot.changes_since."""
-        return self.snapshot().changes_since(revision)
-
-    def statistics(self) -> MapStatistics:
-        """See MapSnapshot.statistics."""
-        return self.snapshot().statistics()
-
-    def export_bytes(self, format: ExportFormat) -> bytes:
-        """See MapSnapshot.export_bytes."""
-        return self.snapshot().export_bytes(format)

@@ -21,23 +21,24 @@ struct UpdatedOctant {
 struct OctantView {
   const float* cells = nullptr;  // null: no cell is stored
   std::uint64_t known = 0;
-  float uniform_log_odds = 0;
+  float max_log_odds = 0, min_log_odds = 0;  // over known cells
 
   OctantView(const Child& slot, int octant) {
     if (slot.is_leaf()) {
       known = all_cells;
-      uniform_log_odds = slot.leaf_log_odds();
+      max_log_odds = min_log_odds = slot.leaf_log_odds();
     } else if (!slot.is_unknown()) {
       const Brick& brick = *slot.brick();
       known = brick.known[octant];
       if (brick.is_dense(octant)) cells = brick.cells(octant);
-      if (known) uniform_log_odds = brick.octant_max[octant];
+      if (known) max_log_odds = brick.octant_max[octant];
+      if (known) min_log_odds = brick.octant_min[octant];
     }
   }
-  // A uniform octant at the bound that all its marks push towards.
+  // All marked cells are known and the octant as a whole is at the bound that its marks push towards.
   bool saturated(std::uint64_t free, std::uint64_t occupied, const UpdateModel& model) const {
-    if (cells || !known) return false;
-    return (!free || uniform_log_odds <= model.clamp_min) && (!occupied || uniform_log_odds >= model.clamp_max);
+    if ((free | occupied) & ~known) return false;
+    return (!free || max_log_odds <= model.clamp_min) && (!occupied || min_log_odds >= model.clamp_max);
   }
 };
 
@@ -46,7 +47,7 @@ bool update_octant(const OctantView& before, std::uint64_t free, std::uint64_t o
   alignas(64) float filled[cells_per_octant];
   const float* cells = before.cells;
   if (!cells) {
-    std::fill_n(filled, cells_per_octant, before.known ? before.uniform_log_odds : 0.0f);
+    std::fill_n(filled, cells_per_octant, before.known ? before.max_log_odds : 0.0f);
     cells = filled;
   }
   after.known = before.known | free | occupied;
@@ -62,8 +63,8 @@ Child clone_without(std::uint8_t updated_mask, const Child& slot, std::uint8_t d
     const OctantView before(slot, i);
     brick->known[i] = before.known;
     if (!before.known) continue;
-    brick->octant_max[i] = before.uniform_log_odds;
-    brick->octant_min[i] = before.cells ? slot.brick()->octant_min[i] : before.uniform_log_odds;
+    brick->octant_max[i] = before.max_log_odds;
+    brick->octant_min[i] = before.min_log_odds;
     if (before.cells) std::copy_n(before.cells, cells_per_octant, brick->cells(i));
   }
   return Child::adopt(brick);

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "arrays.hpp"
-#include "rayvox/occupancy_map.hpp"
+#include "owners.hpp"
 
 namespace rayvox::bindings {
 namespace {
@@ -13,7 +13,7 @@ using Release = nb::gil_scoped_release;
 Vec3d vec3(const nb::tuple& t) { return {nb::cast<double>(t[0]), nb::cast<double>(t[1]), nb::cast<double>(t[2])}; }
 
 template <class Points>
-ScanRays prepare(const OccupancyMap& map, const Points& points, const std::optional<Matrix4>& T_map_sensor,
+ScanRays prepare(const OwnedMap& map, const Points& points, const std::optional<Matrix4>& T_map_sensor,
                  const nb::tuple& origin, double max_range_m, const std::optional<Points64>& no_return,
                  bool discretize) {
   Scan scan{.points_sensor = view(points),
@@ -26,7 +26,7 @@ ScanRays prepare(const OccupancyMap& map, const Points& points, const std::optio
   return prepare_scan(scan, map.geometry());
 }
 
-nb::tuple insert(OccupancyMap& map, const ScanRays& rays) {
+nb::tuple insert(OwnedMap& map, const ScanRays& rays) {
   OccupancyMap::Insertion insertion;
   {
     Release release;
@@ -53,17 +53,22 @@ void bind_map(nb::module_& m) {
       .def_prop_ro("ray_count", &ScanRays::count)
       .def_prop_ro("nbytes", &ScanRays::bytes);
 
-  nb::class_<OccupancyMap>(m, "OccupancyMap")
+  nb::class_<OwnedMap>(m, "OccupancyMap")
       .def(
           "__init__",
-          [](OccupancyMap* self, double resolution_m, int depth, const SensorModel& model) {
-            new (self) OccupancyMap(MapGeometry(resolution_m, depth), model);
+          [](OwnedMap* self, double resolution_m, int depth, const SensorModel& model) {
+            new (self) OwnedMap(MapGeometry(resolution_m, depth), model);
           },
           nb::arg("resolution_m"), nb::arg("depth"), nb::arg("sensor_model"))
-      .def(nb::init<MapSnapshot>(), nb::arg("snapshot"))
-      .def_prop_ro("revision", &OccupancyMap::revision, nb::call_guard<Release>())
-      .def_prop_ro("workspace_bytes", &OccupancyMap::workspace_bytes, nb::call_guard<Release>())
-      .def("snapshot", &OccupancyMap::snapshot, nb::call_guard<Release>())
+      .def(
+          "__init__", [](OwnedMap* self, const OwnedSnapshot& snapshot) { new (self) OwnedMap(snapshot); },
+          nb::arg("snapshot"))
+      .def_prop_ro(
+          "revision", [](const OwnedMap& map) { return map.revision(); }, nb::call_guard<Release>())
+      .def_prop_ro(
+          "workspace_bytes", [](const OwnedMap& map) { return map.workspace_bytes(); }, nb::call_guard<Release>())
+      .def(
+          "snapshot", [](const OwnedMap& map) { return OwnedSnapshot(map.snapshot()); }, nb::call_guard<Release>())
       .def("prepare", &prepare<Points32>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),
            nb::arg("max_range_m"), nb::arg("no_return").none(), nb::arg("discretize"),
            nb::sig("def prepare(self, points: NDArray[numpy.float32], T_map_sensor: NDArray[numpy.float64] | None, "
@@ -78,7 +83,7 @@ void bind_map(nb::module_& m) {
            nb::sig("def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]"))
       .def(
           "clear_box",
-          [](OccupancyMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {
+          [](OwnedMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {
             const Vec3d low = vec3(low_m), high = vec3(high_m);
             Release release;
             return map.clear_box(low, high);

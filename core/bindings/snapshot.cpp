@@ -2,6 +2,7 @@
 #include <nanobind/stl/string.h>
 
 #include "arrays.hpp"
+#include "owners.hpp"
 #include "rayvox/octree/change_set.hpp"
 #include "rayvox/octree/leaves.hpp"
 #include "rayvox/octree/map_statistics.hpp"
@@ -28,7 +29,7 @@ nb::tuple read_out(const LeafReadout& readout) {
   return nb::make_tuple(keys.release(), depth.release(), log_odds.release());
 }
 
-nb::tuple leaves(const MapSnapshot& map) {
+nb::tuple leaves(const OwnedSnapshot& map) {
   std::optional<LeafReadout> readout;
   {
     Release release;
@@ -37,7 +38,7 @@ nb::tuple leaves(const MapSnapshot& map) {
   return read_out(*readout);
 }
 
-nb::tuple leaves_in(const MapSnapshot& map, nb::tuple low_m, nb::tuple high_m) {
+nb::tuple leaves_in(const OwnedSnapshot& map, nb::tuple low_m, nb::tuple high_m) {
   const auto vec = [](const nb::tuple& t) {
     return Vec3d{nb::cast<double>(t[0]), nb::cast<double>(t[1]), nb::cast<double>(t[2])};
   };
@@ -51,7 +52,7 @@ nb::tuple leaves_in(const MapSnapshot& map, nb::tuple low_m, nb::tuple high_m) {
   return nb::make_tuple(keys.release(), depth.release(), log_odds.release());
 }
 
-nb::tuple changes(const MapSnapshot& map, std::uint64_t since) {
+nb::tuple changes(const OwnedSnapshot& map, std::uint64_t since) {
   const ChangedRegions changed = changed_regions(map, since);
   NewArray<std::int64_t, 3> keys(changed.regions.size());
   NewArray<std::uint8_t> depth(changed.regions.size());
@@ -62,7 +63,7 @@ nb::tuple changes(const MapSnapshot& map, std::uint64_t since) {
   return nb::make_tuple(changed.full, keys.release(), depth.release(), read_out(LeafReadout(map, changed.regions)));
 }
 
-nb::tuple cast(const MapSnapshot& map, const Points64& origins, const Points64& directions, double max_range_m,
+nb::tuple cast(const OwnedSnapshot& map, const Points64& origins, const Points64& directions, double max_range_m,
                bool unknown_stops) {
   NewArray<std::uint8_t> kind(origins.shape(0));
   NewArray<double> t_m(origins.shape(0));
@@ -76,7 +77,7 @@ nb::tuple cast(const MapSnapshot& map, const Points64& origins, const Points64& 
 }
 
 template <class Points>
-nb::object log_odds(const MapSnapshot& map, const Points& points, int level) {
+nb::object log_odds(const OwnedSnapshot& map, const Points& points, int level) {
   NewArray<float> out(points.shape(0));
   {
     Release release;
@@ -86,7 +87,7 @@ nb::object log_odds(const MapSnapshot& map, const Points& points, int level) {
 }
 
 template <class Points>
-nb::object states(const MapSnapshot& map, const Points& points, int level) {
+nb::object states(const OwnedSnapshot& map, const Points& points, int level) {
   NewArray<std::uint8_t> out(points.shape(0));
   {
     Release release;
@@ -95,7 +96,7 @@ nb::object states(const MapSnapshot& map, const Points& points, int level) {
   return out.release();
 }
 
-nb::object box_states(const MapSnapshot& map, const Points64& low, const Points64& high) {
+nb::object box_states(const OwnedSnapshot& map, const Points64& low, const Points64& high) {
   NewArray<std::uint8_t> out(low.shape(0));
   {
     Release release;
@@ -104,7 +105,7 @@ nb::object box_states(const MapSnapshot& map, const Points64& low, const Points6
   return out.release();
 }
 
-nb::dict statistics(const MapSnapshot& map) {
+nb::dict statistics(const OwnedSnapshot& map) {
   MapStatistics s;
   {
     Release release;
@@ -124,7 +125,7 @@ nb::dict statistics(const MapSnapshot& map) {
 }
 
 template <std::string (*write)(const MapSnapshot&)>
-nb::bytes written(const MapSnapshot& map) {
+nb::bytes written(const OwnedSnapshot& map) {
   std::string bytes;
   {
     Release release;
@@ -133,17 +134,18 @@ nb::bytes written(const MapSnapshot& map) {
   return as_bytes(bytes);
 }
 
-MapSnapshot from_octomap(const nb::bytes& bytes, const SensorModel& model) {
+OwnedSnapshot from_octomap(const nb::bytes& bytes, const SensorModel& model) {
   const std::span<const char> view(bytes.c_str(), bytes.size());
   Release release;
-  return read_octomap(view, model);
+  return OwnedSnapshot(read_octomap(view, model));
 }
 
-MapSnapshot from_nodes(const nb::bytes& bytes, double resolution_m, int depth, const SensorModel& model,
-                       std::uint64_t revision) {
+OwnedSnapshot from_nodes(const nb::bytes& bytes, double resolution_m, int depth, const SensorModel& model,
+                         std::uint64_t revision) {
   const std::span<const char> view(bytes.c_str(), bytes.size());
   Release release;
-  return {MapGeometry(resolution_m, depth), model, read_nodes(view, depth), revision, revision, revision};
+  return OwnedSnapshot(
+      {MapGeometry(resolution_m, depth), model, read_nodes(view, depth), revision, revision, revision});
 }
 
 }  // namespace
@@ -152,11 +154,11 @@ MapSnapshot from_nodes(const nb::bytes& bytes, double resolution_m, int depth, c
 #define RAYVOX_LEAVES "tuple[NDArray[numpy.int64], NDArray[numpy.uint8], NDArray[numpy.float32]]"
 
 void bind_snapshot(nb::module_& m) {
-  nb::class_<MapSnapshot>(m, "MapSnapshot")
-      .def_prop_ro("resolution_m", [](const MapSnapshot& map) { return map.geometry.resolution_m(); })
-      .def_prop_ro("depth", [](const MapSnapshot& map) { return map.geometry.depth(); })
-      .def_ro("revision", &MapSnapshot::revision)
-      .def_prop_ro("nbytes", &memory_bytes)
+  nb::class_<OwnedSnapshot>(m, "MapSnapshot")
+      .def_prop_ro("resolution_m", [](const OwnedSnapshot& map) { return map.geometry.resolution_m(); })
+      .def_prop_ro("depth", [](const OwnedSnapshot& map) { return map.geometry.depth(); })
+      .def_prop_ro("revision", [](const OwnedSnapshot& map) { return map.revision; })
+      .def_prop_ro("nbytes", [](const OwnedSnapshot& map) { return memory_bytes(map); })
       .def("leaves", &leaves, nb::sig("def leaves(self) -> " RAYVOX_LEAVES))
       .def("leaves_in_box", &leaves_in, nb::arg("low_m"), nb::arg("high_m"),
            nb::sig("def leaves_in_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) "

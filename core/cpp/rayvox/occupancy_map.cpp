@@ -26,6 +26,12 @@ OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays) {
   return {map_.revision, statistics};
 }
 
+void OccupancyMap::discard() {
+  std::lock_guard lock(mutex_);
+  map_.root = Child();
+  workspace_ = InsertionWorkspace();
+}
+
 std::uint64_t OccupancyMap::clear_box(const Vec3d& low_m, const Vec3d& high_m) {
   const CellBox box = cells_touching(map_.geometry, low_m, high_m, "clear_box");
   std::lock_guard lock(mutex_);

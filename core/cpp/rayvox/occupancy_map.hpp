@@ -31,6 +31,8 @@ class OccupancyMap {
   /// Makes every voxel that touches the closed box (metres) unknown; returns the new revision. Throws InvalidInput for
   /// bounds that are not finite or not in order.
   std::uint64_t clear_box(const Vec3d& low_m, const Vec3d& high_m);
+  /// Drops all nodes; for owners that want the time this takes spent before their destructor runs.
+  void discard();
 
  private:
   mutable std::mutex mutex_;

@@ -33,7 +33,16 @@ class MapGeometry {
   std::int32_t half_extent() const { return std::int32_t{1} << (depth_ - 1); }
 
   /// Metres to voxel units: one float64 division per coordinate; everything after it is exact.
-  Vec3d to_voxel_units(const Vec3d& point_m) const;
+  double to_voxel_units(double coordinate_m) const {
+    // Exact comparisons of ray crossings multiply coordinate differences; keeping non-zero coordinates at 2^-200 voxels
+    // or more keeps every product's last bit above float64's underflow. The cell is unchanged.
+    constexpr double tiny = 0x1p-200;
+    const double u = coordinate_m / resolution_m_;
+    return std::abs(u) < tiny && u != 0 ? std::copysign(tiny, u) : u;  // one branch, hardly ever taken
+  }
+  Vec3d to_voxel_units(const Vec3d& point_m) const {
+    return {to_voxel_units(point_m.x), to_voxel_units(point_m.y), to_voxel_units(point_m.z)};
+  }
 
   /// True if the point (voxel units, finite) lies in the octree.
   bool contains(const Vec3d& u) const {

@@ -129,7 +129,10 @@ void set_thread_count(int count) {
 }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t, int)>& body) {
-  const int workers = thread_count();
+  parallel_for(count, thread_count(), body);
+}
+
+void parallel_for(std::size_t count, int workers, const std::function<void(std::size_t, int)>& body) {
   if (workers == 1 || count < 2) {
     for (std::size_t index = 0; index < count; ++index) body(index, 0);
     return;

@@ -11,8 +11,11 @@ int thread_count();
 void set_thread_count(int count);
 
 /// Calls body(index, worker) for every index below `count`, in parallel, the calling thread taking part; returns when
-/// all are done. Indices are taken in ascending order; worker < thread_count() is unique among the threads running at
-/// the same time. The first exception a body throws is rethrown here after the others have finished.
+/// all are done. Indices are taken in ascending order; worker < workers is unique among the threads running at the same
+/// time. The first exception a body throws is rethrown here after the others have finished.
+void parallel_for(std::size_t count, int workers, const std::function<void(std::size_t index, int worker)>& body);
+
+/// With thread_count() workers.
 void parallel_for(std::size_t count, const std::function<void(std::size_t index, int worker)>& body);
 
 }  // namespace rayvox

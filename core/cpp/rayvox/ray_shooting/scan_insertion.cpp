@@ -26,11 +26,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, InsertionWorkspace& workspace) {
-  workspace.bins.resize(static_cast<std::size_t>(thread_count()));
+void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
+  workspace.bins.resize(static_cast<std::size_t>(workers));
   for (TileBins& bins : workspace.bins) bins.clear();
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
-  parallel_for(chunks, [&](std::size_t chunk, int worker) {
+  parallel_for(chunks, workers, [&](std::size_t chunk, int worker) {
     const std::size_t first = chunk * rays_per_chunk;
     workspace.bins[static_cast<std::size_t>(worker)].add(rays, first, std::min(first + rays_per_chunk, rays.count()),
                                                          geometry);
@@ -84,22 +84,23 @@ std::size_t InsertionWorkspace::bytes() const {
 
 ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, InsertionWorkspace& workspace) {
   const Kernels& set = kernels();
-  const std::size_t workers = static_cast<std::size_t>(thread_count());
+  const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
   Stopwatch total, stage;
   ScanStatistics statistics;
   statistics.ray_count = rays.count();
 
-  cut_rays_at_tiles(rays, map.geometry, workspace);
+  cut_rays_at_tiles(rays, map.geometry, workers, workspace);
   const std::vector<TileWork> work = gather_tiles(workspace.bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);
   const std::vector<OpenTile> open = open_tiles(map, codes);
   statistics.cut_s = stage.lap();
 
-  while (workspace.marks.size() < workers) workspace.marks.push_back(std::make_unique<TileMarks>());
+  while (workspace.marks.size() < static_cast<std::size_t>(workers))
+    workspace.marks.push_back(std::make_unique<TileMarks>());
   std::vector<ScanStatistics> parts(work.size());
   const std::vector<std::size_t> order = by_descending_work(work);
-  parallel_for(work.size(), [&](std::size_t index, int worker) {
+  parallel_for(work.size(), workers, [&](std::size_t index, int worker) {
     const std::size_t tile = order[index];
     TileMarks& marks = *workspace.marks[static_cast<std::size_t>(worker)];
     Stopwatch watch;
@@ -116,8 +117,8 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, InsertionWork
     statistics.voxel_steps += work[tile].crossings;
     statistics.brick_count += parts[tile].brick_count;
     statistics.voxels_changed += parts[tile].voxels_changed;
-    statistics.shoot_s += parts[tile].shoot_s / static_cast<double>(workers);
-    statistics.update_s += parts[tile].update_s / static_cast<double>(workers);
+    statistics.shoot_s += parts[tile].shoot_s / workers;
+    statistics.update_s += parts[tile].update_s / workers;
   }
   statistics.tile_count = work.size();
   statistics.total_s = total.lap();

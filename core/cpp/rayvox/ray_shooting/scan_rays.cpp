@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <unordered_set>
@@ -28,7 +27,7 @@ std::string text(const Vec3d& p) {
                    std::to_string(reach_m) + " m");
 }
 
-/// A scan's rays one by one: first those with an end point, then those without return.
+/// Makes a scan's rays: first those with an end point, then those without return.
 class RayMaker {
  public:
   RayMaker(const Scan& scan, const MapGeometry& geometry) : scan_(scan), geometry_(geometry) {
@@ -41,89 +40,61 @@ class RayMaker {
     if (!geometry.contains(origin_)) throw_out_of_range("origin", origin_map_m_, geometry);
   }
 
-  struct End {
-    Vec3d position;  // voxel units
-    bool is_marked;
-  };
   const Vec3d& origin() const { return origin_; }
   std::size_t count() const { return scan_.points_sensor.count + scan_.no_return_sensor.count; }
 
-  /// The end of ray i, nothing if its input is not finite or out of range.
-  std::optional<End> make(std::size_t i) const {
-    const bool returned = i < scan_.points_sensor.count;
-    const Vec3d input = input_of(i);
-    if (!is_finite(input)) return std::nullopt;
-    return cut(scan_.T_map_sensor.apply(returned ? input : scan_.origin_sensor_m + input), returned);
+  /// Where ray i ends, metres in the map, before it is cut.
+  Vec3d end_map_m(std::size_t i) const {
+    const std::size_t points = scan_.points_sensor.count;
+    return scan_.T_map_sensor.apply(i < points ? scan_.points_sensor[i]
+                                               : scan_.origin_sensor_m + scan_.no_return_sensor[i - points]);
   }
 
-  /// The ray of `discretize`: to the centre of the voxel that holds point i; nothing if that is cut away or out of
+  /// Stores a ray that ends there at index `at`, cut to the scan's range; false if its end is not finite or out of
   /// range.
-  std::optional<End> make_to_centre(const Cell& cell) const {
-    return cut(Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * geometry_.resolution_m(), true);
-  }
-
-  /// The cell of point i, which need not be within the scan's range.
-  std::optional<Cell> cell_of_point(std::size_t i) const {
-    if (!is_finite(input_of(i))) return std::nullopt;
-    const Vec3d u = geometry_.to_voxel_units(scan_.T_map_sensor.apply(input_of(i)));
-    if (!geometry_.contains(u)) return std::nullopt;
-    return MapGeometry::cell_of(u);
-  }
-
-  /// Throws what is wrong with ray i.
-  [[noreturn]] void explain(std::size_t i) const {
-    const bool returned = i < scan_.points_sensor.count;
-    const std::size_t index = returned ? i : i - scan_.points_sensor.count;
-    const std::string name = (returned ? "points[" : "no_return[") + std::to_string(index) + "]";
-    const Vec3d input = input_of(i);
-    if (!is_finite(input)) throw InvalidInput(name + " is not finite: " + text(input));
-    throw_out_of_range(name, scan_.T_map_sensor.apply(returned ? input : scan_.origin_sensor_m + input), geometry_);
-  }
-
- private:
-  Vec3d input_of(std::size_t i) const {
-    return i < scan_.points_sensor.count ? scan_.points_sensor[i]
-                                         : scan_.no_return_sensor[i - scan_.points_sensor.count];
-  }
-
-  std::optional<End> cut(Vec3d end_map_m, bool is_marked) const {
+  bool store(ScanRays& rays, std::size_t at, Vec3d end_map_m, bool marks_end) const {
     if (scan_.max_range_m > 0) {
       const double length_m = norm(end_map_m - origin_map_m_);
       if (length_m > scan_.max_range_m) {
         end_map_m = origin_map_m_ + (end_map_m - origin_map_m_) * (scan_.max_range_m / length_m);
-        is_marked = false;
+        marks_end = false;
       }
     }
-    const End end{geometry_.to_voxel_units(end_map_m), is_marked};
-    return geometry_.contains(end.position) ? std::optional(end) : std::nullopt;
+    const Vec3d end = geometry_.to_voxel_units(end_map_m);
+    for (int axis = 0; axis < 3; ++axis) rays.end[axis][at] = end[axis];
+    rays.marks_end[at] = marks_end;
+    return geometry_.contains(end);
   }
 
+  /// Throws what is wrong with ray i.
+  [[noreturn]] void explain(std::size_t i) const {
+    const std::size_t points = scan_.points_sensor.count;
+    const bool returned = i < points;
+    const std::string name = (returned ? "points[" : "no_return[") + std::to_string(returned ? i : i - points) + "]";
+    const Vec3d input = returned ? scan_.points_sensor[i] : scan_.no_return_sensor[i - points];
+    if (!is_finite(input)) throw InvalidInput(name + " is not finite: " + text(input));
+    throw_out_of_range(name, end_map_m(i), geometry_);
+  }
+
+ private:
   const Scan& scan_;
   const MapGeometry& geometry_;
   Vec3d origin_map_m_, origin_;
 };
-
-void store(ScanRays& rays, std::size_t i, const RayMaker::End& end) {
-  for (int axis = 0; axis < 3; ++axis) rays.end[axis][i] = end.position[axis];
-  rays.marks_end[i] = end.is_marked;
-}
 
 void resize(ScanRays& rays, std::size_t count) {
   for (auto& coordinates : rays.end) coordinates.resize(count);
   rays.marks_end.resize(count);
 }
 
-void make_all(const RayMaker& maker, ScanRays& rays) {
+void make_all(const Scan& scan, const RayMaker& maker, ScanRays& rays) {
   resize(rays, maker.count());
   // The lowest index that fails is the one reported, whatever the number of threads.
   std::atomic<std::size_t> first_bad{std::numeric_limits<std::size_t>::max()};
   parallel_for((maker.count() + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
     const std::size_t last = std::min(maker.count(), (chunk + 1) * rays_per_chunk);
     for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
-      if (const auto end = maker.make(i)) {
-        store(rays, i, *end);
-        continue;
-      }
+      if (maker.store(rays, i, maker.end_map_m(i), i < scan.points_sensor.count)) continue;
       for (std::size_t seen = first_bad; i < seen && !first_bad.compare_exchange_weak(seen, i);) {
       }
       return;
@@ -138,17 +109,17 @@ void make_one_per_voxel(const Scan& scan, const RayMaker& maker, const MapGeomet
   seen.reserve(scan.points_sensor.count);
   std::size_t made = 0;
   for (std::size_t i = 0; i < maker.count(); ++i) {
-    std::optional<RayMaker::End> end;
-    if (i < scan.points_sensor.count) {
-      const std::optional<Cell> cell = maker.cell_of_point(i);
-      if (!cell) maker.explain(i);
-      if (!seen.insert(geometry.morton_of(*cell)).second) continue;
-      end = maker.make_to_centre(*cell);
-    } else {
-      end = maker.make(i);
+    const bool returned = i < scan.points_sensor.count;
+    Vec3d end_map_m = maker.end_map_m(i);
+    if (returned) {
+      const Vec3d u = geometry.to_voxel_units(end_map_m);
+      if (!geometry.contains(u)) maker.explain(i);
+      const Cell cell = MapGeometry::cell_of(u);
+      if (!seen.insert(geometry.morton_of(cell)).second) continue;
+      end_map_m = Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * geometry.resolution_m();
     }
-    if (!end) maker.explain(i);
-    store(rays, made++, *end);
+    if (!maker.store(rays, made, end_map_m, returned)) maker.explain(i);
+    ++made;
   }
   resize(rays, made);
 }
@@ -164,7 +135,7 @@ ScanRays prepare_scan(const Scan& scan, const MapGeometry& geometry) {
   if (scan.discretize) {
     make_one_per_voxel(scan, maker, geometry, rays);
   } else {
-    make_all(maker, rays);
+    make_all(scan, maker, rays);
   }
   return rays;
 }

@@ -3,6 +3,9 @@
 // it can be done in any thread and before anything is written to disk.
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "rayvox/geometry/points_view.hpp"
@@ -21,10 +24,30 @@ struct Scan {
   bool discretize = false;  // one ray per end-point voxel, to the voxel's centre (OctoMap's `discretize`)
 };
 
+/// Leaves new elements as they are: a scan's arrays are written whole right after they are made.
+template <class T>
+struct UninitializedAllocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UninitializedAllocator<U>;
+  };
+  template <class U>
+  void construct(U* at) noexcept {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <class U, class... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+
 struct ScanRays {
-  Vec3d origin;                         // voxel units, as everything here
-  std::vector<double> end[3];           // structure of arrays
-  std::vector<std::uint8_t> marks_end;  // 0 for a ray that was cut or met nothing: its last cell is not touched
+  template <class T>
+  using Array = std::vector<T, UninitializedAllocator<T>>;
+
+  Vec3d origin;                   // voxel units, as everything here
+  Array<double> end[3];           // structure of arrays
+  Array<std::uint8_t> marks_end;  // 0 for a ray that was cut or met nothing: its last cell is not touched
 
   std::size_t count() const { return marks_end.size(); }
   std::size_t bytes() const { return count() * (3 * sizeof(double) + 1); }

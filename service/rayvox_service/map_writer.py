@@ -1,7 +1,7 @@
 """The one way into a map: frames are checked, journaled, applied and acknowledged, in the order they came.
 
 Two threads per map. *Intake* checks frames and writes all that wait to the journal under one fdatasync. *Apply*
-inserts them into the map, already while the disk still syncs; nothing is shown to readers or acknowledged as applied
+inserts them into the map, already while the disk still writes; nothing is shown to readers or acknowledged as applied
 before it is both on disk and in the map.
 """
 
@@ -192,10 +192,12 @@ class MapWriter:
     def _commit(self, entries: list[Entry]) -> None:
         group = entries[0].group
         try:
-            first = self._journal.write([entry.submission.data for entry in entries])
-            for sequence, entry in enumerate(entries, first):
+            # Insertion starts while the record is still being written; see _apply for when the disk refuses.
+            frames = [entry.submission.data for entry in entries]
+            for sequence, entry in enumerate(entries, self._journal.next_sequence):
                 entry.sequence = sequence
                 self._outbox.put(entry)
+            self._journal.write(frames)
             self._journal.sync()
             self._remember(entries)
         except Exception as error:

@@ -65,8 +65,6 @@ void bind_map(nb::module_& m) {
           nb::arg("snapshot"))
       .def_prop_ro(
           "revision", [](const OwnedMap& map) { return map.revision(); }, nb::call_guard<Release>())
-      .def_prop_ro(
-          "workspace_bytes", [](const OwnedMap& map) { return map.workspace_bytes(); }, nb::call_guard<Release>())
       .def(
           "snapshot", [](const OwnedMap& map) { return OwnedSnapshot(map.snapshot()); }, nb::call_guard<Release>())
       .def("prepare", &prepare<Points32>, nb::arg("points"), nb::arg("T_map_sensor").none(), nb::arg("origin"),

@@ -118,9 +118,6 @@ class OccupancyMap:
     @property
     def revision(self) -> int: ...
 
-    @property
-    def workspace_bytes(self) -> int: ...
-
     def snapshot(self) -> MapSnapshot: ...
 
     @overload

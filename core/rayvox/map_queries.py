@@ -35,6 +35,11 @@ class MapQueries(ABC):
         """Number of edits that led here."""
         return self._revision_asked().revision
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the octree's nodes, those shared with other revisions included."""
+        return self._revision_asked().nbytes
+
     def leaves(self) -> Leaves:
         """All leaves, pruned as OctoMap prunes, in octree order.
 

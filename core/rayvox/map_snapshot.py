@@ -18,8 +18,3 @@ class MapSnapshot(MapQueries):
 
     def _revision_asked(self) -> _native.MapSnapshot:
         return self._native
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the octree's nodes, those shared with other revisions included."""
-        return self._native.nbytes

@@ -83,11 +83,6 @@ class OccupancyMap(MapQueries):
     def _revision_asked(self) -> _native.MapSnapshot:
         return self._native.snapshot()
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the octree and of the scratch memory that insertions reuse."""
-        return self.snapshot().nbytes + self._native.workspace_bytes
-
     def prepare_scan(
         self,
         points: npt.ArrayLike,

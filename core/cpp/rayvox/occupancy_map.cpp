@@ -14,22 +14,16 @@ std::uint64_t OccupancyMap::revision() const {
   return map_.revision;
 }
 
-std::size_t OccupancyMap::workspace_bytes() const {
-  std::lock_guard lock(mutex_);
-  return workspace_.bytes();
-}
-
 OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays) {
   std::lock_guard lock(mutex_);
   ++map_.revision;
-  const ScanStatistics statistics = insert_rays(map_, rays, workspace_);
+  const ScanStatistics statistics = insert_rays(map_, rays);
   return {map_.revision, statistics};
 }
 
 void OccupancyMap::discard() {
   std::lock_guard lock(mutex_);
   map_.root = Child();
-  workspace_ = InsertionWorkspace();
 }
 
 std::uint64_t OccupancyMap::clear_box(const Vec3d& low_m, const Vec3d& high_m) {

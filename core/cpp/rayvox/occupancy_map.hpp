@@ -19,8 +19,6 @@ class OccupancyMap {
   const SensorModel& model() const { return map_.model; }
   MapSnapshot snapshot() const;
   std::uint64_t revision() const;
-  /// Bytes held by the scratch memory of insertions (the octree's own are its snapshot's memory_bytes).
-  std::size_t workspace_bytes() const;
 
   struct Insertion {
     std::uint64_t revision;
@@ -37,7 +35,6 @@ class OccupancyMap {
  private:
   mutable std::mutex mutex_;
   MapSnapshot map_;
-  InsertionWorkspace workspace_;
 };
 
 }  // namespace rayvox

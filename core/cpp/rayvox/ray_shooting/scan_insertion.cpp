@@ -6,6 +6,7 @@
 
 #include "rayvox/octree/tile_update.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/ray_shooting/insertion_workspace.hpp"
 
 namespace rayvox {
 namespace {
@@ -27,8 +28,6 @@ class Stopwatch {
 };
 
 void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
-  workspace.bins.resize(static_cast<std::size_t>(workers));
-  for (TileBins& bins : workspace.bins) bins.clear();
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
   parallel_for(chunks, workers, [&](std::size_t chunk, int worker) {
     const std::size_t first = chunk * rays_per_chunk;
@@ -76,33 +75,26 @@ std::vector<std::size_t> by_descending_work(const std::vector<TileWork>& tiles) 
 
 }  // namespace
 
-std::size_t InsertionWorkspace::bytes() const {
-  std::size_t total = marks.size() * sizeof(TileMarks);
-  for (const TileBins& worker : bins) total += worker.bytes();
-  return total;
-}
-
-ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, InsertionWorkspace& workspace) {
+ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
   const Kernels& set = kernels();
   const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
   Stopwatch total, stage;
   ScanStatistics statistics;
   statistics.ray_count = rays.count();
 
-  cut_rays_at_tiles(rays, map.geometry, workers, workspace);
-  const std::vector<TileWork> work = gather_tiles(workspace.bins);
+  const WorkspaceLease workspace(workers);
+  cut_rays_at_tiles(rays, map.geometry, workers, *workspace);
+  const std::vector<TileWork> work = gather_tiles(workspace->bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);
   const std::vector<OpenTile> open = open_tiles(map, codes);
   statistics.cut_s = stage.lap();
 
-  while (workspace.marks.size() < static_cast<std::size_t>(workers))
-    workspace.marks.push_back(std::make_unique<TileMarks>());
   std::vector<ScanStatistics> parts(work.size());
   const std::vector<std::size_t> order = by_descending_work(work);
   parallel_for(work.size(), workers, [&](std::size_t index, int worker) {
     const std::size_t tile = order[index];
-    TileMarks& marks = *workspace.marks[static_cast<std::size_t>(worker)];
+    TileMarks& marks = *workspace->marks[static_cast<std::size_t>(worker)];
     Stopwatch watch;
     shoot_tile(work[tile], rays, map.geometry, set, marks);
     const std::vector<MarkedBrick> bricks = take_marked_bricks(marks, set);

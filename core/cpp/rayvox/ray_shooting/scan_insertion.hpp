@@ -3,13 +3,9 @@
 // borders, each tile is walked by all its rays into a grid of marks, and the marks update the tile's part of the
 // octree.
 #include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "rayvox/octree/map_snapshot.hpp"
 #include "rayvox/ray_shooting/scan_rays.hpp"
-#include "rayvox/ray_shooting/tile_bins.hpp"
-#include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 
@@ -24,15 +20,7 @@ struct ScanStatistics {
   double cut_s = 0, shoot_s = 0, update_s = 0, total_s = 0;
 };
 
-/// Scratch memory kept from scan to scan.
-class InsertionWorkspace {
- public:
-  std::vector<TileBins> bins;
-  std::vector<std::unique_ptr<TileMarks>> marks;
-  std::size_t bytes() const;
-};
-
 /// Inserts the rays into the tree under `map.root`; slots that change get `map.revision`.
-ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, InsertionWorkspace& workspace);
+ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays);
 
 }  // namespace rayvox

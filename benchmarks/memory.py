@@ -43,7 +43,6 @@ def measure_in_this_process(workload: Workload) -> dict[str, int]:
     return {
         "leaves": statistics.occupied_leaves + statistics.free_leaves,
         "map_bytes": occupancy_map.snapshot().nbytes,
-        "with_scratch_bytes": occupancy_map.nbytes,
         "resident_growth_bytes": resident - before,
         "peak_growth_bytes": peak - before,
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <span>
 
 #include "rayvox/octree/tile_update.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
@@ -12,6 +13,7 @@ namespace rayvox {
 namespace {
 
 constexpr std::size_t rays_per_chunk = 1024;
+constexpr std::size_t segments_per_share = 4096;
 
 class Stopwatch {
  public:
@@ -36,24 +38,53 @@ void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int wo
   });
 }
 
-void shoot_tile(const TileWork& tile, const ScanRays& rays, const MapGeometry& geometry, const Kernels& kernels,
-                TileMarks& marks) {
-  const Cell low = geometry.cell_of_morton(tile.tile << (3 * geometry.tile_level()));
+void shoot(std::uint64_t tile, std::span<const Segment> segments, const ScanRays& rays, const MapGeometry& geometry,
+           const Kernels& kernels, TileMarks& marks) {
+  const Cell low = geometry.cell_of_morton(tile << (3 * geometry.tile_level()));
+  kernels.walk_segments({{rays.origin.x, rays.origin.y, rays.origin.z},
+                         {rays.end[0].data(), rays.end[1].data(), rays.end[2].data()},
+                         {low[0], low[1], low[2]},
+                         segments.data(),
+                         segments.size()},
+                        marks);
+}
+
+// One tile by one worker.
+void shoot_alone(const TileWork& tile, const ScanRays& rays, const MapGeometry& geometry, const Kernels& kernels,
+                 TileMarks& marks) {
+  for (const TileBin* bin : tile.bins) shoot(tile.tile, bin->segments, rays, geometry, kernels, marks);
+}
+
+// Moves the free marks of one grid into another.
+void merge_marks(TileMarks& from, TileMarks& into) {
+  for (std::size_t cell = 0; cell < tile_cells; ++cell) into.cell[cell] |= from.cell[cell];
+  std::fill_n(from.cell, tile_cells, std::uint8_t{TileMarks::none});
+}
+
+// One tile by all workers, each into marks of its own, merged into the first's: for a tile that holds so much of the
+// scan, as the sensor's own does, that the others would wait for it.
+void shoot_together(const TileWork& tile, const ScanRays& rays, const MapGeometry& geometry, const Kernels& kernels,
+                    int workers, InsertionWorkspace& workspace) {
+  std::vector<std::span<const Segment>> shares;
   for (const TileBin* bin : tile.bins) {
-    kernels.walk_segments({{rays.origin.x, rays.origin.y, rays.origin.z},
-                           {rays.end[0].data(), rays.end[1].data(), rays.end[2].data()},
-                           {low[0], low[1], low[2]},
-                           bin->segments.data(),
-                           bin->segments.size()},
-                          marks);
+    const std::span<const Segment> segments(bin->segments);
+    for (std::size_t first = 0; first < segments.size(); first += segments_per_share) {
+      shares.push_back(segments.subspan(first, std::min(segments_per_share, segments.size() - first)));
+    }
   }
-  // After all free cells: within one scan occupied wins.
-  for (const TileBin* bin : tile.bins) {
-    for (const std::uint32_t end : bin->ends) marks.cell[end] = TileMarks::occupied;
+  parallel_for(shares.size(), workers, [&](std::size_t share, int worker) {
+    shoot(tile.tile, shares[share], rays, geometry, kernels, *workspace.marks[static_cast<std::size_t>(worker)]);
+  });
+  for (std::size_t worker = 1; worker < static_cast<std::size_t>(workers); ++worker) {
+    merge_marks(*workspace.marks[worker], *workspace.marks[0]);
   }
 }
 
-std::vector<MarkedBrick> take_marked_bricks(TileMarks& marks, const Kernels& kernels) {
+// The tile's bricks with their marks, end points marked last: within one scan occupied wins.
+std::vector<MarkedBrick> take_marked_bricks(const TileWork& tile, const Kernels& kernels, TileMarks& marks) {
+  for (const TileBin* bin : tile.bins) {
+    for (const std::uint32_t end : bin->ends) marks.cell[end] = TileMarks::occupied;
+  }
   std::vector<MarkedBrick> bricks;
   for (std::uint32_t brick = 0; brick < bricks_per_tile; ++brick) {
     BrickMarks taken;
@@ -71,6 +102,28 @@ std::vector<std::size_t> by_descending_work(const std::vector<TileWork>& tiles) 
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return tiles[a].crossings > tiles[b].crossings; });
   return order;
+}
+
+// How many of the largest tiles are worth all workers: those with over half of one worker's fair share.
+std::size_t count_of_large(const std::vector<TileWork>& tiles, const std::vector<std::size_t>& order, int workers) {
+  std::uint64_t all = 0;
+  for (const TileWork& tile : tiles) all += tile.crossings;
+  std::size_t large = 0;
+  while (workers > 1 && large < order.size() &&
+         tiles[order[large]].crossings * 2 * static_cast<std::uint64_t>(workers) > all) {
+    ++large;
+  }
+  return large;
+}
+
+void add_up(const std::vector<ScanStatistics>& parts, int workers, ScanStatistics& statistics) {
+  for (const ScanStatistics& part : parts) {
+    statistics.voxel_steps += part.voxel_steps;
+    statistics.brick_count += part.brick_count;
+    statistics.voxels_changed += part.voxels_changed;
+    statistics.shoot_s += part.shoot_s / workers;
+    statistics.update_s += part.update_s / workers;
+  }
 }
 
 }  // namespace
@@ -92,26 +145,33 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
 
   std::vector<ScanStatistics> parts(work.size());
   const std::vector<std::size_t> order = by_descending_work(work);
+  std::vector<std::vector<MarkedBrick>> large(count_of_large(work, order, workers));
+  for (std::size_t index = 0; index < large.size(); ++index) {
+    Stopwatch watch;
+    shoot_together(work[order[index]], rays, map.geometry, set, workers, *workspace);
+    large[index] = take_marked_bricks(work[order[index]], set, *workspace->marks[0]);
+    parts[order[index]].shoot_s = watch.lap() * workers;
+  }
   parallel_for(work.size(), workers, [&](std::size_t index, int worker) {
     const std::size_t tile = order[index];
     TileMarks& marks = *workspace->marks[static_cast<std::size_t>(worker)];
     Stopwatch watch;
-    shoot_tile(work[tile], rays, map.geometry, set, marks);
-    const std::vector<MarkedBrick> bricks = take_marked_bricks(marks, set);
+    std::vector<MarkedBrick> bricks;
+    if (index < large.size()) {
+      bricks = std::move(large[index]);
+    } else {
+      shoot_alone(work[tile], rays, map.geometry, set, marks);
+      bricks = take_marked_bricks(work[tile], set, marks);
+      parts[tile].shoot_s = watch.lap();
+    }
+    parts[tile].voxel_steps = work[tile].crossings;
     parts[tile].brick_count = bricks.size();
-    parts[tile].shoot_s = watch.lap();
     parts[tile].voxels_changed = update_tile(open[tile], bricks, map, set);
     parts[tile].update_s = watch.lap();
   });
   close_tiles(map, codes);
 
-  for (std::size_t tile = 0; tile < work.size(); ++tile) {
-    statistics.voxel_steps += work[tile].crossings;
-    statistics.brick_count += parts[tile].brick_count;
-    statistics.voxels_changed += parts[tile].voxels_changed;
-    statistics.shoot_s += parts[tile].shoot_s / workers;
-    statistics.update_s += parts[tile].update_s / workers;
-  }
+  add_up(parts, workers, statistics);
   statistics.tile_count = work.size();
   statistics.total_s = total.lap();
   return statistics;

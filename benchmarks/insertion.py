@@ -132,7 +132,7 @@ def main() -> None:
     header = provenance()
     workloads = [w for w in standard_workloads() if arguments.only in w.name]
     if arguments.quick:
-        passes, repeats, octomap_passes = 12, 1, 6
+        passes, repeats = 12, 1
         workloads = [replace(w, scans=w.scans[:2]) for w in workloads]
     try:
         results = [measure(w, passes, repeats, octomap_passes) for w in workloads]

@@ -14,8 +14,9 @@ struct Pool {
   std::vector<std::unique_ptr<InsertionWorkspace>> idle;
 };
 
+// Never destroyed: threads may still insert while the process ends.
 Pool& pool() {
-  static Pool instance;
+  static Pool& instance = *new Pool;
   return instance;
 }
 

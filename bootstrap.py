@@ -3,7 +3,7 @@
 
     python3 bootstrap.py demo       build, start the service, map a simulated robot run, leave the service up
     python3 bootstrap.py test       build, then lint, C++ tests and Python tests
-    python3 bootstrap.py lint       ruff and mypy
+    python3 bootstrap.py lint       ruff, mypy and clang-format
     python3 bootstrap.py sanitize   the C++ tests under AddressSanitizer and UndefinedBehaviorSanitizer
     python3 bootstrap.py install    build only; then `.venv/bin/rayvox --help`
 
@@ -73,12 +73,14 @@ def test(rest: list[str]) -> int:
 
 
 def lint(rest: list[str]) -> int:
-    """Ruff and mypy."""
+    """Ruff, mypy and clang-format."""
     install("dev")
-    print("== ruff and mypy", flush=True)
+    print("== ruff, mypy and clang-format", flush=True)
     paths = rest or ["."]
     checks = (["ruff", "check", *paths], ["ruff", "format", "--check", *paths], ["mypy"])
-    return max(run([PYTHON, "-m", *check]) for check in checks)
+    cpp = sorted(file for folder in ("core", "tests/cpp") for file in (ROOT / folder).rglob("*.[ch]pp"))
+    clang_format: list[str | Path] = [BIN / "clang-format", "--dry-run", "-Werror", *cpp]
+    return max([run([PYTHON, "-m", *check]) for check in checks] + [run(clang_format)])
 
 
 def sanitize(rest: list[str]) -> int:

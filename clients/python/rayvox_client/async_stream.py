@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import suppress
 from types import TracebackType
 from typing import Self, Unpack
 
@@ -118,6 +119,7 @@ class AsyncScanStream:
             except OverloadedError as error:
                 await self._transport.sleep(self._attempts.delay_after(error))
             except ConnectionFailedError as error:
+                await self._take_what_arrived()
                 await self._drop()
                 await self._transport.sleep(self._attempts.delay_after(error))
             except StreamRefusedError as error:
@@ -126,6 +128,13 @@ class AsyncScanStream:
             except RayvoxClientError:
                 await self._drop()
                 raise
+
+    async def _take_what_arrived(self) -> None:
+        # A send may be the first to notice the break, while acknowledgements are still unread: progress all the same.
+        with suppress(RayvoxClientError):
+            while self._socket is not None and (message := await self._socket.receive(0.0)) is not None:
+                self._state.on_message(message)
+                self._attempts = self._policy.start()
 
     @staticmethod
     def _refusal(error: StreamRefusedError) -> RayvoxClientError:

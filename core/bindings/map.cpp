@@ -26,11 +26,11 @@ ScanRays prepare(const OwnedMap& map, const Points& points, const std::optional<
   return prepare_scan(scan, map.geometry());
 }
 
-nb::tuple insert(OwnedMap& map, const ScanRays& rays) {
+nb::tuple insert(OwnedMap& map, const ScanRays& rays, Engine engine) {
   OccupancyMap::Insertion insertion;
   {
     Release release;
-    insertion = map.insert(rays);
+    insertion = map.insert(rays, engine);
   }
   return nb::make_tuple(insertion.revision, insertion.statistics);
 }
@@ -38,7 +38,10 @@ nb::tuple insert(OwnedMap& map, const ScanRays& rays) {
 }  // namespace
 
 void bind_map(nb::module_& m) {
+  nb::enum_<Engine>(m, "Engine").value("auto", Engine::automatic).value("dda", Engine::dda).value("beam", Engine::beam);
+
   nb::class_<ScanStatistics>(m, "ScanStatistics")
+      .def_ro("engine", &ScanStatistics::engine)
       .def_ro("ray_count", &ScanStatistics::ray_count)
       .def_ro("voxel_steps", &ScanStatistics::voxel_steps)
       .def_ro("tile_count", &ScanStatistics::tile_count)
@@ -77,8 +80,8 @@ void bind_map(nb::module_& m) {
            nb::sig("def prepare(self, points: NDArray[numpy.float64], T_map_sensor: NDArray[numpy.float64] | None, "
                    "origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, "
                    "discretize: bool) -> PreparedScan"))
-      .def("insert", &insert, nb::arg("scan"),
-           nb::sig("def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]"))
+      .def("insert", &insert, nb::arg("scan"), nb::arg("engine"),
+           nb::sig("def insert(self, scan: PreparedScan, engine: Engine) -> tuple[int, ScanStatistics]"))
       .def(
           "clear_box",
           [](OwnedMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {

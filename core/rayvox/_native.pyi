@@ -1,3 +1,4 @@
+import enum
 from typing import Any, overload
 
 import numpy
@@ -73,7 +74,17 @@ def read_octomap(data: bytes, sensor_model: SensorModel) -> MapSnapshot: ...
 
 def read_nodes(data: bytes, resolution_m: float, depth: int, sensor_model: SensorModel, revision: int) -> MapSnapshot: ...
 
+class Engine(enum.Enum):
+    auto = 0
+
+    dda = 1
+
+    beam = 2
+
 class ScanStatistics:
+    @property
+    def engine(self) -> Engine: ...
+
     @property
     def ray_count(self) -> int: ...
 
@@ -126,7 +137,7 @@ class OccupancyMap:
     @overload
     def prepare(self, points: NDArray[numpy.float64], T_map_sensor: NDArray[numpy.float64] | None, origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, discretize: bool) -> PreparedScan: ...
 
-    def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]: ...
+    def insert(self, scan: PreparedScan, engine: Engine) -> tuple[int, ScanStatistics]: ...
 
     def clear_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) -> int: ...
 

@@ -17,8 +17,8 @@ from rayvox.map_snapshot import MapSnapshot
 from rayvox.results import ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
-Engine = Literal["auto", "dda"]
-ENGINES: tuple[Engine, ...] = ("auto", "dda")
+Engine = Literal["auto", "dda", "beam"]
+ENGINES: tuple[Engine, ...] = ("auto", "dda", "beam")
 
 
 class PreparedScan:
@@ -108,9 +108,11 @@ class OccupancyMap(MapQueries):
         """Inserts a scan made by prepare_scan of a map with the same resolution and depth."""
         if engine not in ENGINES:
             raise InvalidInputError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
-        revision, statistics = self._native.insert(scan.native)
+        revision, statistics = self._native.insert(scan.native, _native.Engine[engine])
         names = [name for name in ScanStatistics.__dataclass_fields__ if name != "engine"]
-        return ScanResult(revision, ScanStatistics("dda", **{name: getattr(statistics, name) for name in names}))
+        return ScanResult(
+            revision, ScanStatistics(statistics.engine.name, **{name: getattr(statistics, name) for name in names})
+        )
 
     def insert_scan(
         self,

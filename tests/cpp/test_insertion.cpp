@@ -21,6 +21,64 @@ FACT(a_map_of_random_scans_equals_a_map_of_single_cells) {
   }
 }
 
+FACT(every_engine_makes_the_map_of_single_cells) {
+  for (const Engine engine : {Engine::dda, Engine::beam}) {
+    for (const int depth : {5, 8, 16, 21}) {
+      std::mt19937_64 random(static_cast<unsigned>(40 + depth));
+      OccupancyMap map(MapGeometry(1.0, depth), SensorModel());
+      brute_force::CellMap expected{SensorModel()};
+      for (int scan = 0; scan < 8; ++scan) {
+        const brute_force::RandomScan drawn(random, 80, 12);
+        const OccupancyMap::Insertion done = map.insert(brute_force::scan_of(drawn.rays, drawn.marks_end), engine);
+        expected.insert(drawn.rays, drawn.marks_end);
+        CHECK(brute_force::cells_of(map.snapshot()) == expected.cells);
+        CHECK(engine == Engine::beam || done.statistics.engine == engine);
+      }
+    }
+  }
+}
+
+namespace {
+
+// Depth camera with dropouts: a wall some way off, seen from a turned sensor.
+ScanRays camera_scan(std::mt19937_64& random, int columns, int rows, double depth) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double yaw = 6.3 * unit(random), c = std::cos(yaw), s = std::sin(yaw), tilt = unit(random) - 0.5;
+  const Vec3d origin{8 * unit(random), 8 * unit(random), 8 * unit(random)};
+  std::vector<Ray> rays;
+  std::vector<bool> marks_end;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      if (unit(random) < 0.05) continue;
+      const double u = (column + 0.5) / columns - 0.5, v = (row + 0.5) / rows - 0.5 + tilt;
+      const double reach = depth * (0.5 + 0.5 * std::abs(std::sin(9 * u) * std::cos(7 * v)));
+      rays.push_back({origin, origin + Vec3d{(c - s * u) * reach, (s + c * u) * reach, v * reach}});
+      marks_end.push_back(unit(random) < 0.9);
+    }
+  }
+  return brute_force::scan_of(rays, marks_end);
+}
+
+}  // namespace
+
+FACT(the_beam_engine_equals_the_dda_from_the_first_scan_to_saturation) {
+  for (const double depth : {9.0, 70.0, 250.0}) {
+    std::mt19937_64 random(static_cast<unsigned>(depth));
+    OccupancyMap by_dda(MapGeometry(1.0, 16), SensorModel()), by_beam(MapGeometry(1.0, 16), SensorModel());
+    std::vector<ScanRays> scans;
+    for (int scan = 0; scan < 3; ++scan) scans.push_back(camera_scan(random, 80, 60, depth));
+    for (int pass = 0; pass < 7; ++pass) {
+      for (const ScanRays& scan : scans) {
+        const std::uint64_t changed = by_dda.insert(scan, Engine::dda).statistics.voxels_changed;
+        const ScanStatistics statistics = by_beam.insert(scan, Engine::beam).statistics;
+        CHECK(statistics.engine == Engine::beam);
+        CHECK_EQUAL(statistics.voxels_changed, changed);
+      }
+      CHECK(write_nodes(by_beam.snapshot()) == write_nodes(by_dda.snapshot()));
+    }
+  }
+}
+
 FACT(saturated_space_is_pruned_to_large_leaves_and_split_again) {
   OccupancyMap map(MapGeometry(1.0, 16), SensorModel());
   brute_force::CellMap expected{SensorModel()};

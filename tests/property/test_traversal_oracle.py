@@ -17,7 +17,7 @@ from tests.support.rayvox_maps import leaves_of
 from tests.support.scenes import lattice_rays, random_rays, room_scan
 
 Vector = tuple[float, float, float]
-EXACT_ENGINES: tuple[Engine, ...] = ("dda", "auto")
+EXACT_ENGINES: tuple[Engine, ...] = ("dda", "beam", "auto")
 
 half_cells = st.integers(-12, 12).map(lambda k: k / 2)
 near_planes = st.builds(

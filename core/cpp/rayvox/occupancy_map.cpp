@@ -14,10 +14,10 @@ std::uint64_t OccupancyMap::revision() const {
   return map_.revision;
 }
 
-OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays) {
+OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays, Engine engine) {
   std::lock_guard lock(mutex_);
   ++map_.revision;
-  const ScanStatistics statistics = insert_rays(map_, rays);
+  const ScanStatistics statistics = insert_rays(map_, rays, engine);
   return {map_.revision, statistics};
 }
 

@@ -25,7 +25,7 @@ class OccupancyMap {
     ScanStatistics statistics;
   };
   /// Applies a prepared scan; each insertion is one revision.
-  Insertion insert(const ScanRays& rays);
+  Insertion insert(const ScanRays& rays, Engine engine = Engine::automatic);
   /// Makes every voxel that touches the closed box (metres) unknown; returns the new revision. Throws InvalidInput for
   /// bounds that are not finite or not in order.
   std::uint64_t clear_box(const Vec3d& low_m, const Vec3d& high_m);

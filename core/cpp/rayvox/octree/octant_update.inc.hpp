@@ -30,3 +30,12 @@ static OctantOutput update_octant(const OctantInput& in, const UpdateModel& mode
   }
   return {changed, L::reduce_min(lowest), L::reduce_max(highest)};
 }
+
+template <class L>
+static std::uint64_t cells_above(const float* log_odds, float bound) {
+  std::uint64_t above = 0;
+  for (int first = 0; first < 64; first += L::width) {
+    above |= static_cast<std::uint64_t>(L::bits(L::less_than(L::broadcast(bound), L::load(log_odds + first)))) << first;
+  }
+  return above;
+}

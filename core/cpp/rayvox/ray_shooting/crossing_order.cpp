@@ -1,6 +1,9 @@
 #include "rayvox/ray_shooting/crossing_order.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "rayvox/octree/map_geometry.hpp"
 
 namespace rayvox {
 namespace {
@@ -98,6 +101,26 @@ std::uint8_t first_axes_to_leave(const Ray& ray, const Cell& cell, std::uint8_t 
     if (order <= 0) together |= static_cast<std::uint8_t>(1u << axis);
   }
   return together;
+}
+
+bool passes_before_end(const Ray& ray, const Cell& cell) {
+  const Cell start = MapGeometry::cell_of(ray.origin), end = MapGeometry::cell_of(ray.end);
+  if (cell == end) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax(start[axis], end[axis]);
+    if (cell[axis] < low || cell[axis] > high) return false;
+  }
+  // Passed if every axis that must enter the cell's slab does so before any other axis leaves its own.
+  for (int in = 0; in < 3; ++in) {
+    if (cell[in] == start[in]) continue;
+    const Crossing enters{in, static_cast<double>(end[in] > start[in] ? cell[in] : cell[in] + 1)};
+    for (int out = 0; out < 3; ++out) {
+      if (out == in || cell[out] == end[out]) continue;
+      const Crossing leaves{out, static_cast<double>(end[out] > start[out] ? cell[out] + 1 : cell[out])};
+      if (compare_crossings(ray, enters, leaves) >= 0) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace rayvox

@@ -20,4 +20,7 @@ int compare_crossings(const Ray& ray, const Crossing& a, const Crossing& b);
 /// together.
 std::uint8_t first_axes_to_leave(const Ray& ray, const Cell& cell, std::uint8_t candidates);
 
+/// Whether the ray passes `cell` and ends in another one.
+bool passes_before_end(const Ray& ray, const Cell& cell);
+
 }  // namespace rayvox

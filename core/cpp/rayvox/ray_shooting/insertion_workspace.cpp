@@ -23,7 +23,10 @@ Pool& pool() {
 }  // namespace
 
 std::size_t InsertionWorkspace::bytes() const {
-  std::size_t total = marks.size() * sizeof(TileMarks);
+  std::size_t total = marks.size() * sizeof(TileMarks) + beams.size() * sizeof(BeamScratch) + directions.bytes();
+  for (const auto& beam : beams) {
+    total += beam->segments.capacity() * sizeof(Segment) + beam->bricks.capacity() * sizeof(BeamScratch::WantedBrick);
+  }
   for (const TileBins& worker : bins) total += worker.bytes();
   return total;
 }
@@ -41,6 +44,7 @@ WorkspaceLease::WorkspaceLease(int workers) {
   workspace_->bins.resize(count);
   for (TileBins& bins : workspace_->bins) bins.clear();
   while (workspace_->marks.size() < count) workspace_->marks.push_back(std::make_unique<TileMarks>());
+  while (workspace_->beams.size() < count) workspace_->beams.push_back(std::make_unique<BeamScratch>());
 }
 
 WorkspaceLease::~WorkspaceLease() {

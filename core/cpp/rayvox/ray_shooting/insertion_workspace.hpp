@@ -3,15 +3,19 @@
 #include <memory>
 #include <vector>
 
+#include "rayvox/ray_shooting/beam_tile.hpp"
+#include "rayvox/ray_shooting/direction_index.hpp"
 #include "rayvox/ray_shooting/tile_bins.hpp"
 #include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 
-/// Scratch memory of one insertion: bins and marks per worker.
+/// Scratch memory of one insertion: what each worker needs, and the sorted rays.
 struct InsertionWorkspace {
   std::vector<TileBins> bins;
   std::vector<std::unique_ptr<TileMarks>> marks;
+  std::vector<std::unique_ptr<BeamScratch>> beams;
+  DirectionIndex directions;
 
   std::size_t bytes() const;
 };
@@ -21,7 +25,7 @@ struct InsertionWorkspace {
 /// freed.
 class WorkspaceLease {
  public:
-  /// Empty bins and unmarked marks for each of `workers`.
+  /// Empty bins, marks and masks for each of `workers`.
   explicit WorkspaceLease(int workers);
   ~WorkspaceLease();
   WorkspaceLease(const WorkspaceLease&) = delete;

@@ -1,33 +1,21 @@
 #include "rayvox/ray_shooting/scan_insertion.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <span>
 
 #include "rayvox/octree/tile_update.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/ray_shooting/beam_insertion.hpp"
 #include "rayvox/ray_shooting/insertion_workspace.hpp"
+#include "rayvox/ray_shooting/stopwatch.hpp"
 
 namespace rayvox {
 namespace {
 
 constexpr std::size_t rays_per_chunk = 1024;
 constexpr std::size_t segments_per_share = 4096;
-
-class Stopwatch {
- public:
-  /// Seconds since the last lap.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
+constexpr std::size_t fewest_rays_for_beams = 512;
 
 void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
@@ -116,28 +104,14 @@ std::size_t count_of_large(const std::vector<TileWork>& tiles, const std::vector
   return large;
 }
 
-void add_up(const std::vector<ScanStatistics>& parts, int workers, ScanStatistics& statistics) {
-  for (const ScanStatistics& part : parts) {
-    statistics.voxel_steps += part.voxel_steps;
-    statistics.brick_count += part.brick_count;
-    statistics.voxels_changed += part.voxels_changed;
-    statistics.shoot_s += part.shoot_s / workers;
-    statistics.update_s += part.update_s / workers;
-  }
-}
-
-}  // namespace
-
-ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
+// The exact DDA engine: every ray is cut at tile borders, each tile is walked by all its rays into a grid of marks.
+ScanStatistics insert_by_dda(MapSnapshot& map, const ScanRays& rays, InsertionWorkspace& workspace, int workers) {
   const Kernels& set = kernels();
-  const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
-  Stopwatch total, stage;
+  Stopwatch stage;
   ScanStatistics statistics;
-  statistics.ray_count = rays.count();
-
-  const WorkspaceLease workspace(workers);
-  cut_rays_at_tiles(rays, map.geometry, workers, *workspace);
-  const std::vector<TileWork> work = gather_tiles(workspace->bins);
+  statistics.engine = Engine::dda;
+  cut_rays_at_tiles(rays, map.geometry, workers, workspace);
+  const std::vector<TileWork> work = gather_tiles(workspace.bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);
   const std::vector<OpenTile> open = open_tiles(map, codes);
@@ -148,13 +122,13 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
   std::vector<std::vector<MarkedBrick>> large(count_of_large(work, order, workers));
   for (std::size_t index = 0; index < large.size(); ++index) {
     Stopwatch watch;
-    shoot_together(work[order[index]], rays, map.geometry, set, workers, *workspace);
-    large[index] = take_marked_bricks(work[order[index]], set, *workspace->marks[0]);
+    shoot_together(work[order[index]], rays, map.geometry, set, workers, workspace);
+    large[index] = take_marked_bricks(work[order[index]], set, *workspace.marks[0]);
     parts[order[index]].shoot_s = watch.lap() * workers;
   }
   parallel_for(work.size(), workers, [&](std::size_t index, int worker) {
     const std::size_t tile = order[index];
-    TileMarks& marks = *workspace->marks[static_cast<std::size_t>(worker)];
+    TileMarks& marks = *workspace.marks[static_cast<std::size_t>(worker)];
     Stopwatch watch;
     std::vector<MarkedBrick> bricks;
     if (index < large.size()) {
@@ -172,9 +146,33 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
   close_tiles(map, codes);
 
   add_up(parts, workers, statistics);
-  statistics.tile_count = work.size();
-  statistics.total_s = total.lap();
   return statistics;
+}
+
+}  // namespace
+
+void add_up(const std::vector<ScanStatistics>& parts, int workers, ScanStatistics& statistics) {
+  statistics.tile_count = parts.size();
+  for (const ScanStatistics& part : parts) {
+    statistics.voxel_steps += part.voxel_steps;
+    statistics.brick_count += part.brick_count;
+    statistics.voxels_changed += part.voxels_changed;
+    statistics.shoot_s += part.shoot_s / workers;
+    statistics.update_s += part.update_s / workers;
+  }
+}
+
+ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine) {
+  const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
+  Stopwatch total;
+  const WorkspaceLease workspace(workers);
+  if (engine == Engine::automatic) engine = rays.count() < fewest_rays_for_beams ? Engine::dda : Engine::beam;
+  std::optional<ScanStatistics> statistics;
+  if (engine == Engine::beam) statistics = insert_by_beams(map, rays, *workspace, workers);
+  if (!statistics) statistics = insert_by_dda(map, rays, *workspace, workers);
+  statistics->ray_count = rays.count();
+  statistics->total_s = total.lap();
+  return *statistics;
 }
 
 }  // namespace rayvox

@@ -96,6 +96,15 @@ void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, co
   }
 }
 
+void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
+  const TileAddresses addresses(geometry);
+  for (std::size_t ray = first; ray < last; ++ray) {
+    if (!rays.marks_end[ray]) continue;
+    const Cell end = MapGeometry::cell_of({rays.end[0][ray], rays.end[1][ray], rays.end[2][ray]});
+    bin_of(end, addresses).ends.push_back(addresses.within_tile(end));
+  }
+}
+
 std::size_t TileBins::bytes() const {
   std::size_t total = 0;
   for (const std::vector<TileBin>* bins : {&bins_, &spare_}) {

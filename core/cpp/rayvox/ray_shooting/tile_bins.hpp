@@ -27,6 +27,8 @@ class TileBins {
   void clear();
   /// Cuts rays [first, last) exactly at tile borders.
   void add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
+  /// Bins only the end points of rays [first, last).
+  void add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
   const std::vector<TileBin>& bins() const { return bins_; }
   /// Bytes held, spare memory included.
   std::size_t bytes() const;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "rayvox/ray_shooting/beam_scan.hpp"
 #include "rayvox/ray_shooting/segment.hpp"
 
 namespace rayvox {
@@ -51,6 +52,23 @@ struct Kernels {
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
+  /// Which of an octant's 64 values are above the bound.
+  std::uint64_t (*cells_above)(const float* log_odds, float bound);
+  /// Projects directions; false if a ray is too short for it (BeamProjection).
+  bool (*project_directions)(const BeamProjection&);
+  /// Adds nothing but what it finds: `bounds` come in with count 0.
+  void (*bound_directions)(const BeamProjection&, BeamBounds (&bounds)[6]);
+  /// False only if no ray of the scan enters the block.
+  bool (*beam_reaches)(const BeamScan&, const CellBlock&);
+  /// How many rays clip_to_block has to look at.
+  std::size_t (*count_rays_towards)(const BeamScan&, const CellBlock&);
+  /// The segments of all rays of the scan that pass cells of the block before their ends'; returns how many. `out` has
+  /// room for all rays.
+  std::size_t (*clip_to_block)(const BeamScan&, const CellBlock&, Segment* out);
+  /// Of the wanted cells of an aligned 8x8x8 brick (a word per octant), exactly those that some ray of the scan passes
+  /// before its end's cell.
+  void (*shoot_brick)(const BeamScan&, const std::int32_t brick_cell[3], const std::uint64_t wanted[8],
+                      std::uint64_t passed[8]);
 };
 
 /// The best kernels this processor runs. The environment variable RAYVOX_SIMD (avx512, avx2, portable) forces a set;

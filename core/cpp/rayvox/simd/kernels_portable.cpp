@@ -1,7 +1,7 @@
 #include <cstdint>
 
+#include "rayvox/simd/exact_decisions.hpp"
 #include "rayvox/simd/kernels.hpp"
-#include "rayvox/simd/settle_tie.hpp"
 
 namespace rayvox::portable {
 namespace {
@@ -9,6 +9,11 @@ namespace {
 #include "rayvox/simd/lanes_portable.hpp"
 // clang-format off
 #include "rayvox/octree/octant_update.inc.hpp"
+#include "rayvox/ray_shooting/beam_project.inc.hpp"
+#include "rayvox/ray_shooting/beam_view.inc.hpp"
+#include "rayvox/ray_shooting/beam_cells.inc.hpp"
+#include "rayvox/ray_shooting/beam_shoot.inc.hpp"
+#include "rayvox/ray_shooting/ray_clip.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 // clang-format on
 
@@ -35,6 +40,9 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"portable", walk_segments<Lanes>, take_marks, update_octant<Lanes>};
+const Kernels table{
+    "portable",         walk_segments<Lanes>,    take_marks,   update_octant<Lanes>, cells_above<Lanes>,
+    project_directions, bound_directions<Lanes>, beam_reaches, count_rays_towards,   clip_to_block<WideLanes>,
+    shoot_brick<Lanes>};
 
 }  // namespace rayvox::portable

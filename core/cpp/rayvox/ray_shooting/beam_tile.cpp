@@ -1,0 +1,121 @@
+#include "rayvox/ray_shooting/beam_tile.hpp"
+
+#include <algorithm>
+
+#include "rayvox/octree/inner_node.hpp"
+
+namespace rayvox {
+namespace {
+
+constexpr std::uint64_t all_cells = ~std::uint64_t{0};
+
+// Measured on an AVX-512 machine (benchmarks/RESULTS.md): what one cell costs that has to be asked, and one ray that
+// has to be clipped to a tile of 64 cells and walked through it.
+constexpr double ns_per_asked_cell = 30, ns_per_walked_ray = 100;
+
+// Child of a slot; space that is uniform has no slots below it, and its own stands for theirs (null: unknown).
+const Child* child_of(const Child* slot, int index) {
+  return slot && slot->kind() == Child::Kind::inner ? &slot->inner()->child[index] : slot;
+}
+
+CellBlock child_of(const CellBlock& block, int index) {
+  CellBlock child{{}, block.level - 1};
+  for (int axis = 0; axis < 3; ++axis) child.cell[axis] = block.cell[axis] + (index >> axis & 1) * child.size();
+  return child;
+}
+
+}  // namespace
+
+bool BeamShooter::nothing_to_change(const Child* slot) const {
+  if (!slot || slot->is_unknown()) return false;
+  const Summary summary = summary_of(*slot);
+  return !summary.any_unknown && summary.max_log_odds <= map_.model.clamp_min_log_odds;
+}
+
+std::optional<std::vector<std::uint64_t>> BeamShooter::tiles_to_shoot(std::size_t most) const {
+  const std::int32_t low = -map_.geometry.half_extent();
+  std::vector<std::uint64_t> tiles;
+  list_tiles(&map_.root, {{low, low, low}, map_.geometry.depth()}, most, tiles);
+  if (tiles.size() > most) return std::nullopt;
+  return tiles;
+}
+
+void BeamShooter::list_tiles(const Child* slot, const CellBlock& block, std::size_t most,
+                             std::vector<std::uint64_t>& tiles) const {
+  if (tiles.size() > most || nothing_to_change(slot) || !kernels_.beam_reaches(scan_, block)) return;
+  if (block.level == map_.geometry.tile_level()) {
+    tiles.push_back(map_.geometry.morton_of({block.cell[0], block.cell[1], block.cell[2]}) >> (3 * block.level));
+    return;
+  }
+  for (int i = 0; i < 8; ++i) list_tiles(child_of(slot, i), child_of(block, i), most, tiles);
+}
+
+std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const Child& slot, BeamScratch& scratch) const {
+  const int level = map_.geometry.tile_level();
+  const Cell cell = map_.geometry.cell_of_morton(tile << (3 * level));
+  const CellBlock block{{cell[0], cell[1], cell[2]}, level};
+  scratch.bricks.clear();
+  const std::uint64_t asked = collect(&slot, block, 0, scratch.bricks);
+  if (!asked) return 0;
+  const double rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
+  const double part_of_tile = block.size() / 64.0;
+  if (static_cast<double>(asked) * ns_per_asked_cell > rays * ns_per_walked_ray * part_of_tile) {
+    return walk_rays(block, scratch);
+  }
+  for (const BeamScratch::WantedBrick& brick : scratch.bricks) {
+    kernels_.shoot_brick(scan_, brick.block.cell, brick.wanted, scratch.masks.free + std::size_t{brick.brick} * 8);
+  }
+  return asked;
+}
+
+// The bricks below the slot that rays reach, with the cells that a miss would change; returns how many cells.
+std::uint64_t BeamShooter::collect(const Child* slot, const CellBlock& block, std::uint32_t brick,
+                                   std::vector<BeamScratch::WantedBrick>& bricks) const {
+  if (nothing_to_change(slot) || !kernels_.beam_reaches(scan_, block)) return 0;
+  std::uint64_t asked = 0;
+  if (block.level > brick_level) {
+    for (int i = 0; i < 8; ++i) {
+      const auto code = static_cast<std::uint32_t>(i) << (3 * (block.level - 1 - brick_level));
+      asked += collect(child_of(slot, i), child_of(block, i), brick | code, bricks);
+    }
+    return asked;
+  }
+  BeamScratch::WantedBrick& wanted = bricks.emplace_back();
+  wanted.block = block;
+  wanted.brick = brick;
+  for (int octant = 0; octant < 8; ++octant) {
+    wanted.wanted[octant] = changeable_cells(slot, octant);
+    asked += static_cast<std::uint64_t>(__builtin_popcountll(wanted.wanted[octant]));
+  }
+  return asked;
+}
+
+std::uint64_t BeamShooter::changeable_cells(const Child* slot, int octant) const {
+  if (!slot || slot->kind() != Child::Kind::brick) return all_cells;
+  const Brick& brick = *slot->brick();
+  const std::uint64_t unknown = ~brick.known[octant];
+  const float clamp_min = map_.model.clamp_min_log_odds;
+  if (unknown == all_cells || brick.octant_max[octant] <= clamp_min) return unknown;
+  return brick.is_dense(octant) ? unknown | kernels_.cells_above(brick.cells(octant), clamp_min) : all_cells;
+}
+
+// The exact DDA, from where each ray enters the tile.
+std::uint64_t BeamShooter::walk_rays(const CellBlock& tile, BeamScratch& scratch) const {
+  scratch.segments.resize(ray_count_);
+  const std::size_t count = kernels_.clip_to_block(scan_, tile, scratch.segments.data());
+  kernels_.walk_segments({{scan_.origin[0], scan_.origin[1], scan_.origin[2]},
+                          {scan_.end[0], scan_.end[1], scan_.end[2]},
+                          {tile.cell[0], tile.cell[1], tile.cell[2]},
+                          scratch.segments.data(),
+                          count},
+                         scratch.marks);
+  std::uint64_t none_occupied[8];
+  for (std::size_t brick = 0; brick < bricks_per_tile; ++brick) {
+    kernels_.take_marks(scratch.marks.cell + brick * cells_per_brick, scratch.masks.free + brick * 8, none_occupied);
+  }
+  std::uint64_t walked = 0;
+  for (std::size_t i = 0; i < count; ++i) walked += scratch.segments[i].start_and_crossings >> 18;
+  return walked;
+}
+
+}  // namespace rayvox

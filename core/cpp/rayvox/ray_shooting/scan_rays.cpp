@@ -1,6 +1,8 @@
 #include "rayvox/ray_shooting/scan_rays.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -8,6 +10,7 @@
 
 #include "rayvox/error.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 namespace {
@@ -50,20 +53,29 @@ class RayMaker {
                                                : scan_.origin_sensor_m + scan_.no_return_sensor[i - points]);
   }
 
-  /// Stores a ray that ends there at index `at`, cut to the scan's range; false if its end is not finite or out of
-  /// range.
-  bool store(ScanRays& rays, std::size_t at, Vec3d end_map_m, bool marks_end) const {
-    if (scan_.max_range_m > 0) {
-      const double length_m = norm(end_map_m - origin_map_m_);
-      if (length_m > scan_.max_range_m) {
-        end_map_m = origin_map_m_ + (end_map_m - origin_map_m_) * (scan_.max_range_m / length_m);
-        marks_end = false;
-      }
-    }
-    const Vec3d end = geometry_.to_voxel_units(end_map_m);
-    for (int axis = 0; axis < 3; ++axis) rays.end[axis][at] = end[axis];
-    rays.marks_end[at] = marks_end;
-    return geometry_.contains(end);
+  /// Makes rays [first, last), which must all be with an end point or all without, at the same indices; false if one
+  /// is not finite or out of range.
+  bool make(std::size_t first, std::size_t last, ScanRays& rays) const {
+    const std::size_t points = scan_.points_sensor.count;
+    const bool returned = first < points;
+    const PointsView& view = returned ? scan_.points_sensor : scan_.no_return_sensor;
+    const std::size_t at = 3 * (returned ? first : first - points);
+    RayEnds part = settings(returned);
+    part.f32 = view.f32 ? view.f32 + at : nullptr;
+    part.f64 = view.f64 ? view.f64 + at : nullptr;
+    part.count = last - first;
+    if (!returned) copy(scan_.origin_sensor_m, part.offset);
+    return make(part, first, rays);
+  }
+
+  /// Makes one ray that ends at a point of the map, metres, at index `at`.
+  bool make_one(const Vec3d& end_map_m, bool returned, std::size_t at, ScanRays& rays) const {
+    const double point[3] = {end_map_m.x, end_map_m.y, end_map_m.z};
+    RayEnds part = settings(returned);
+    copy_rotation(RigidTransform{}, part);
+    part.f64 = point;
+    part.count = 1;
+    return make(part, at, rays);
   }
 
   /// Throws what is wrong with ray i.
@@ -77,6 +89,29 @@ class RayMaker {
   }
 
  private:
+  static void copy(const Vec3d& from, double (&to)[3]) {
+    for (int axis = 0; axis < 3; ++axis) to[axis] = from[axis];
+  }
+  static void copy_rotation(const RigidTransform& from, RayEnds& to) {
+    std::copy(std::begin(from.rotation()), std::end(from.rotation()), to.rotation);
+    copy(from.translation(), to.translation);
+  }
+  RayEnds settings(bool returned) const {
+    RayEnds part{};
+    copy_rotation(scan_.T_map_sensor, part);
+    copy(origin_map_m_, part.origin_m);
+    part.max_range_m = scan_.max_range_m;
+    part.resolution_m = geometry_.resolution_m();
+    part.half_extent = geometry_.half_extent();
+    part.returned = returned;
+    return part;
+  }
+  static bool make(RayEnds& part, std::size_t at, ScanRays& rays) {
+    for (int axis = 0; axis < 3; ++axis) part.end[axis] = rays.end[axis].data() + at;
+    part.marks_end = rays.marks_end.data() + at;
+    return kernels().make_ray_ends(part);
+  }
+
   const Scan& scan_;
   const MapGeometry& geometry_;
   Vec3d origin_map_m_, origin_;
@@ -89,12 +124,16 @@ void resize(ScanRays& rays, std::size_t count) {
 
 void make_all(const Scan& scan, const RayMaker& maker, ScanRays& rays) {
   resize(rays, maker.count());
+  const std::size_t points = scan.points_sensor.count;
   // The lowest index that fails is the one reported, whatever the number of threads.
   std::atomic<std::size_t> first_bad{std::numeric_limits<std::size_t>::max()};
   parallel_for((maker.count() + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
-    const std::size_t last = std::min(maker.count(), (chunk + 1) * rays_per_chunk);
-    for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
-      if (maker.store(rays, i, maker.end_map_m(i), i < scan.points_sensor.count)) continue;
+    const std::size_t first = chunk * rays_per_chunk, last = std::min(maker.count(), first + rays_per_chunk);
+    const std::size_t border = std::clamp(points, first, last);
+    if ((first == border || maker.make(first, border, rays)) && (border == last || maker.make(border, last, rays)))
+      return;
+    for (std::size_t i = first; i < last; ++i) {
+      if (maker.make(i, i + 1, rays)) continue;
       for (std::size_t seen = first_bad; i < seen && !first_bad.compare_exchange_weak(seen, i);) {
       }
       return;
@@ -118,7 +157,7 @@ void make_one_per_voxel(const Scan& scan, const RayMaker& maker, const MapGeomet
       if (!seen.insert(geometry.morton_of(cell)).second) continue;
       end_map_m = Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * geometry.resolution_m();
     }
-    if (!maker.store(rays, made, end_map_m, returned)) maker.explain(i);
+    if (!maker.make_one(end_map_m, returned, made, rays)) maker.explain(i);
     ++made;
   }
   resize(rays, made);

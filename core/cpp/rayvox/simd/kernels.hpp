@@ -43,6 +43,19 @@ struct UpdateModel {
   float hit, miss, clamp_min, clamp_max;  // log-odds
 };
 
+/// Points (n x 3, one of the two pointers null) and the ray ends they are turned into.
+struct RayEnds {
+  const float* f32;
+  const double* f64;
+  std::size_t count;
+  double offset[3];  // added before the transform
+  double rotation[9], translation[3], origin_m[3];
+  double max_range_m, resolution_m, half_extent;
+  bool returned;
+  double* end[3];
+  std::uint8_t* marks_end;
+};
+
 struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
@@ -52,6 +65,8 @@ struct Kernels {
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
+  /// False if an end is not finite or outside the octree.
+  bool (*make_ray_ends)(const RayEnds&);
   /// Which of an octant's 64 values are above the bound.
   std::uint64_t (*cells_above)(const float* log_odds, float bound);
   /// Projects directions; false if a ray is too short for it (BeamProjection).

@@ -17,6 +17,7 @@ namespace {
 #include "rayvox/ray_shooting/beam_shoot.inc.hpp"
 #include "rayvox/ray_shooting/ray_clip.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
+#include "rayvox/ray_shooting/ray_ends.inc.hpp"
 // clang-format on
 
 bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied) {
@@ -40,16 +41,17 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"avx2",
-                    walk_segments<Lanes>,
-                    take_marks,
-                    update_octant<Lanes>,
-                    cells_above<Lanes>,
-                    project_directions,
-                    bound_directions<Lanes>,
-                    beam_reaches,
-                    count_rays_towards,
-                    clip_to_block<WideLanes>,
-                    shoot_brick<Lanes>};
+const Kernels table{.instruction_set = "avx2",
+                    .walk_segments = walk_segments<Lanes>,
+                    .take_marks = take_marks,
+                    .update_octant = update_octant<Lanes>,
+                    .make_ray_ends = make_ray_ends,
+                    .cells_above = cells_above<Lanes>,
+                    .project_directions = project_directions,
+                    .bound_directions = bound_directions<Lanes>,
+                    .beam_reaches = beam_reaches,
+                    .count_rays_towards = count_rays_towards,
+                    .clip_to_block = clip_to_block<WideLanes>,
+                    .shoot_brick = shoot_brick<Lanes>};
 
 }  // namespace rayvox::avx2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ from rayvox.mesh_io import TriangleMesh
 # Below this a mesh costs so little that simplifying it gains nothing.
 LEAST_TRIANGLES = 32
 _REFINEMENTS = 3
-_simplifying = threading.Lock()
+_ANY_ERROR = 1.0  # of the mesh's extent: the count alone decides, the error is proven afterwards
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +33,18 @@ class LevelOfDetail:
 def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
     """The smallest mesh found whose proven error is at most `error_m`; the mesh itself, with error 0, at worst.
 
-    Quadric edge collapse (Garland, Heckbert: Surface simplification using quadric error metrics, SIGGRAPH 1997)
-    proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. Raises InvalidInputError for an
-    error that is not a finite number of at least zero.
+    Quadric edge collapse (Garland, Heckbert: Surface simplification using quadric error metrics, SIGGRAPH 1997; by
+    meshoptimizer) proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. Raises
+    InvalidInputError for an error that is not a finite number of at least zero.
     """
     if not (math.isfinite(error_m) and error_m >= 0):
         raise InvalidInputError(f"error_m = {error_m!r} is not a finite number of at least zero")
     best = LevelOfDetail(mesh, 0.0)
     if error_m == 0 or len(mesh) <= LEAST_TRIANGLES:
         return best
-    welded = mesh.welded()
+    # Relative to a place of its own the mesh keeps its precision in the library's float32.
+    middle = mesh.vertices.mean(axis=0)
+    welded = TriangleMesh(mesh.vertices - middle, mesh.triangles).welded()
     # Halved until the error is too large, then bisected between the last two counts.
     enough, too_few = len(mesh), 0
     refinements = 0
@@ -51,9 +52,10 @@ def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
         target = enough // 2 if too_few == 0 else (enough + too_few) // 2
         refinements += too_few > 0
         attempt = _collapsed(welded, target)
-        deviation_m = _deviation(mesh, attempt, error_m)
-        if deviation_m <= error_m and len(attempt) < len(best.mesh):
-            best = LevelOfDetail(attempt, deviation_m)
+        deviation_m = _deviation(welded, attempt, error_m)
+        if deviation_m + _rounding_m(mesh) <= error_m and len(attempt) < len(best.mesh):
+            moved_back = TriangleMesh(attempt.vertices + middle, attempt.triangles).welded()
+            best = LevelOfDetail(moved_back, deviation_m + _rounding_m(mesh))
             enough = target
         else:
             too_few = target
@@ -61,14 +63,24 @@ def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
 
 
 def _collapsed(welded: TriangleMesh, triangles: int) -> TriangleMesh:
-    import fast_simplification
+    import meshoptimizer
 
-    # The library keeps the mesh it works on in global variables.
-    with _simplifying:
-        vertices, faces = fast_simplification.simplify(
-            np.array(welded.vertices), np.array(welded.triangles), target_count=triangles
-        )
-    return TriangleMesh(vertices, np.asarray(faces, dtype=np.int32))
+    indices = welded.triangles.astype(np.uint32).ravel()
+    kept = np.zeros_like(indices)
+    count = meshoptimizer.simplify(
+        kept,
+        indices,
+        welded.vertices.astype(np.float32),
+        target_index_count=3 * triangles,
+        target_error=_ANY_ERROR,
+    )
+    # What is kept are vertices of the original, in full precision.
+    return TriangleMesh(welded.vertices, kept[:count].reshape(-1, 3).astype(np.int32))
+
+
+def _rounding_m(mesh: TriangleMesh) -> float:
+    """More than what moving there and back changes of a coordinate."""
+    return float(8 * np.finfo(np.float64).eps * np.abs(mesh.vertices).max())
 
 
 def _deviation(original: TriangleMesh, attempt: TriangleMesh, limit_m: float) -> float:

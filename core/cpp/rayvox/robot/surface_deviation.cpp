@@ -12,7 +12,7 @@
 namespace rayvox {
 namespace {
 
-constexpr std::size_t triangles_per_task = 256;
+constexpr std::size_t triangles_per_task = 256, vertices_per_task = 1024;
 constexpr int most_divisions = 14;
 constexpr double loose_of_limit = 0.1, loose_of_itself = 0.05;
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -58,12 +58,19 @@ class Search {
  public:
   Search(const TriangleTree& simplified, double limit) : simplified_(simplified), limit_(limit) {}
 
-  void cover(const Triangle& triangle) {
-    std::vector<Piece> open{{{corner(triangle[0]), corner(triangle[1]), corner(triangle[2])}, 0}};
+  Corner corner(const Vec3d& p) {
+    // Beyond the limit the search is over, so nothing farther need be looked for.
+    const Corner found{p, simplified_.nearest(p, limit_)};
+    raise(least_, found.nearest.distance);
+    return found;
+  }
+
+  void cover(const Corner& a, const Corner& b, const Corner& c) {
+    std::vector<Piece> open{{{a, b, c}, 0}};
     while (!open.empty() && least_.load(std::memory_order_relaxed) <= limit_) {
       const Piece piece = open.back();
       open.pop_back();
-      raise(least_, least_distance(piece));
+      if (least_distance(piece) > limit_) return;
       const double bound = upper_bound_of(piece, simplified_);
       const double tolerated = std::max((1 + loose_of_itself) * least_.load(std::memory_order_relaxed),
                                         least_distance(piece) + loose_of_limit * limit_);
@@ -78,9 +85,7 @@ class Search {
   double result() const { return std::max(least_.load(), most_.load()) <= limit_ ? most_.load() : infinity; }
 
  private:
-  Corner corner(const Vec3d& p) const { return {p, simplified_.nearest(p)}; }
-
-  void divide(const Piece& piece, std::vector<Piece>& open) const {
+  void divide(const Piece& piece, std::vector<Piece>& open) {
     const auto& [a, b, c] = piece.corners;
     const Corner ab = corner((a.point + b.point) * 0.5), bc = corner((b.point + c.point) * 0.5),
                  ca = corner((c.point + a.point) * 0.5);
@@ -102,10 +107,18 @@ double surface_deviation(const TriangleMeshView& original, const TriangleTree& s
   require_valid(original);
   if (!(limit_m > 0) || !std::isfinite(limit_m)) throw InvalidInput("limit_m is not a finite number above zero");
   Search search(simplified, limit_m);
+  std::vector<Corner> corners(original.vertex_count());
+  parallel_for((corners.size() + vertices_per_task - 1) / vertices_per_task, [&](std::size_t task, int) {
+    const std::size_t end = std::min(corners.size(), (task + 1) * vertices_per_task);
+    for (std::size_t i = task * vertices_per_task; i < end; ++i) corners[i] = search.corner(original.vertex(i));
+  });
   const std::size_t count = original.triangle_count();
   parallel_for((count + triangles_per_task - 1) / triangles_per_task, [&](std::size_t task, int) {
     const std::size_t end = std::min(count, (task + 1) * triangles_per_task);
-    for (std::size_t i = task * triangles_per_task; i < end; ++i) search.cover(original.triangle(i));
+    for (std::size_t i = task * triangles_per_task; i < end; ++i) {
+      const auto at = [&](std::size_t k) { return corners[static_cast<std::size_t>(original.triangles[3 * i + k])]; };
+      search.cover(at(0), at(1), at(2));
+    }
   });
   return search.result();
 }

@@ -12,6 +12,7 @@ namespace rayvox {
 /// triangles (Tang, Lee, Kim: Interactive Hausdorff distance computation for general polygonal models, SIGGRAPH 2009,
 /// section 4): the distance to one simplified triangle, a convex set, is a convex function, so over an original
 /// triangle it is largest at a corner; a triangle whose corners do not agree on a near one is divided into four.
+/// Vertices that no triangle uses count as well.
 double surface_deviation(const TriangleMeshView& original, const TriangleTree& simplified, double limit_m);
 
 }  // namespace rayvox

@@ -11,6 +11,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from rayvox.errors import InvalidInputError, MeshFormatError
 from rayvox.mesh_io.collada import decode_collada
 from rayvox.mesh_io.gltf import decode_glb
@@ -30,6 +32,8 @@ _DECODERS: dict[str, Callable[[bytes, LoadBudget, str], TriangleMesh]] = {
     "glb": decode_glb,
 }
 MESH_FORMATS = tuple(_DECODERS)
+# Far beyond any robot in any unit, and far from where products of coordinates overflow.
+LARGEST_COORDINATE = 1e9
 
 
 def mesh_format_of(name: str) -> str:
@@ -53,11 +57,14 @@ def decode_mesh(
     budget = limits if isinstance(limits, LoadBudget) else LoadBudget(limits or LoadLimits())
     budget.take_bytes(len(data), source)
     try:
-        mesh = _DECODERS[file_format](data, budget, source)
+        with np.errstate(over="ignore", invalid="ignore"):
+            mesh = _DECODERS[file_format](data, budget, source)
     except InvalidInputError as error:
         raise MeshFormatError(f"{source}: {error}") from None
     if len(mesh) == 0:
         raise MeshFormatError(f"{source}: it holds no triangles")
+    if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
+        raise MeshFormatError(f"{source}: a coordinate beyond {LARGEST_COORDINATE:g}")
     return mesh
 
 

@@ -72,9 +72,8 @@ class Robot:
         path = Path(path)
         if unit not in UNITS_M:
             raise InvalidInputError(f"unit {unit!r} is none of {', '.join(UNITS_M)}")
-        return cls.from_mesh_bytes(
-            path.read_bytes(), mesh_format_of(path.name), path.stem, scale * UNITS_M[unit], limits
-        )
+        file_format = mesh_format_of(path.name)
+        return cls.from_mesh_bytes(path.read_bytes(), file_format, path.stem, scale * UNITS_M[unit], limits)
 
     @classmethod
     def from_mesh_bytes(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from rayvox.errors import MeshFormatError, RobotFormatError
 from rayvox.mesh_io import LoadBudget, TriangleMesh, decode_mesh, mesh_format_of
+from rayvox.mesh_io.mesh_file import LARGEST_COORDINATE
 from rayvox.mesh_io.safe_xml import parse_xml
 from rayvox.robot.file_source import FileSource, resolve_reference
 from rayvox.robot.joint import Joint, JointMotion, Mimic
@@ -194,7 +195,7 @@ class _Reader:
             values = [float(word) for word in text.split()]
         except ValueError:
             values = []
-        if len(values) != count or not all(map(math.isfinite, values)):
+        if len(values) != count or not all(abs(value) <= LARGEST_COORDINATE for value in values):
             raise self._wrong(where, f"{text[:80]!r} is not {count} finite numbers")
         return values
 

@@ -5,6 +5,9 @@
 namespace rayvox {
 namespace {
 
+// Squared sine of an angle below which a triangle's plane is not known well.
+constexpr double needle = 1e-12;
+
 double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Vec3d cross(const Vec3d& a, const Vec3d& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -41,16 +44,11 @@ double squared_distance_of_segments(const Vec3d& p1, const Vec3d& q1, const Vec3
   return dot(gap, gap);
 }
 
-bool crosses(const Triangle& triangle, const Vec3d& from, const Vec3d& to) {
-  const Vec3d u = triangle[1] - triangle[0], v = triangle[2] - triangle[0], d = to - from;
-  const Vec3d n = cross(u, v);
-  const double towards = dot(d, n);
-  if (towards == 0) return false;  // in the plane or beside it: then an edge or an end is closest
-  const double t = dot(triangle[0] - from, n) / towards;
-  if (t < 0 || t > 1) return false;
-  const Vec3d p = from + d * t - triangle[0];
-  const double beta = dot(cross(p, v), n), gamma = dot(cross(u, p), n);
-  return beta >= 0 && gamma >= 0 && beta + gamma <= dot(n, n);
+// Where the segment meets the triangle's plane; its start where it does not.
+Vec3d meets_plane(const Triangle& triangle, const Vec3d& from, const Vec3d& to) {
+  const Vec3d n = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]), d = to - from;
+  const double towards = dot(d, n), t = dot(triangle[0] - from, n) / towards;
+  return towards != 0 && t > 0 && t < 1 ? from + d * t : from;
 }
 
 }  // namespace
@@ -61,9 +59,13 @@ Vec3d closest_point(const Triangle& triangle, const Vec3d& p) {
   const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
                d6 = dot(ac, cp);
   const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  if (va > 0 && vb > 0 && vc > 0) return a + ab * (vb / (va + vb + vc)) + ac * (vc / (va + vb + vc));
-  // Outside the prism over the triangle, or the triangle is a line: an edge is closest.
-  const Vec3d candidates[] = {closest_on_segment(a, b, p), closest_on_segment(b, c, p), closest_on_segment(c, a, p)};
+  const bool over = va > 0 && vb > 0 && vc > 0;
+  const double area2 = va + vb + vc;  // the cross product of ab and ac, squared
+  const Vec3d within = over ? a + ab * (vb / area2) + ac * (vc / area2) : a;
+  if (over && area2 > needle * dot(ab, ab) * dot(ac, ac)) return within;
+  // Outside of the prism over the triangle an edge is closest; a needle's weights are mostly rounding, so ask both.
+  const Vec3d candidates[] = {within, closest_on_segment(a, b, p), closest_on_segment(b, c, p),
+                              closest_on_segment(c, a, p)};
   return *std::min_element(std::begin(candidates), std::end(candidates),
                            [&](const Vec3d& x, const Vec3d& y) { return dot(x - p, x - p) < dot(y - p, y - p); });
 }
@@ -74,11 +76,12 @@ double squared_distance(const Triangle& triangle, const Vec3d& p) {
 }
 
 double squared_distance(const Triangle& triangle, const Vec3d& from, const Vec3d& to) {
-  if (crosses(triangle, from, to)) return 0;
   const auto& [a, b, c] = triangle;
-  return std::min({squared_distance(triangle, from), squared_distance(triangle, to),
-                   squared_distance_of_segments(from, to, a, b), squared_distance_of_segments(from, to, b, c),
-                   squared_distance_of_segments(from, to, c, a)});
+  // A segment is nearest at its ends, at an edge, or where it goes through; each is the distance of some of its points,
+  // so that no rounding on needles makes it too small.
+  return std::min({squared_distance(triangle, meets_plane(triangle, from, to)), squared_distance(triangle, from),
+                   squared_distance(triangle, to), squared_distance_of_segments(from, to, a, b),
+                   squared_distance_of_segments(from, to, b, c), squared_distance_of_segments(from, to, c, a)});
 }
 
 }  // namespace rayvox

@@ -8,7 +8,7 @@ namespace rayvox {
 Vec3d closest_point(const Triangle& triangle, const Vec3d& p);
 double squared_distance(const Triangle& triangle, const Vec3d& p);
 
-/// Squared distance between a segment and a triangle; 0 where they meet.
+/// Squared distance between a segment and a triangle; 0, but for rounding, where they meet.
 double squared_distance(const Triangle& triangle, const Vec3d& from, const Vec3d& to);
 
 }  // namespace rayvox

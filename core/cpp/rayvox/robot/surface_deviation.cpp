@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t triangles_per_task = 256, vertices_per_task = 1024;
 constexpr int most_divisions = 14;
+constexpr double beyond = 1 + 1e-9;
 constexpr double loose_of_limit = 0.1, loose_of_itself = 0.05;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -60,7 +61,7 @@ class Search {
 
   Corner corner(const Vec3d& p) {
     // Beyond the limit the search is over, so nothing farther need be looked for.
-    const Corner found{p, simplified_.nearest(p, limit_)};
+    const Corner found{p, simplified_.nearest(p, limit_ * beyond)};
     raise(least_, found.nearest.distance);
     return found;
   }

@@ -23,6 +23,18 @@ class ScanFormatError(RayvoxError, ValueError):
     """A scan, depth image or pose file that is corrupt or of an unknown kind."""
 
 
+class MeshFormatError(RayvoxError, ValueError):
+    """A mesh file that is corrupt, of an unknown kind, or uses what rayvox does not read."""
+
+
+class RobotFormatError(RayvoxError, ValueError):
+    """A robot description that is corrupt, names what is not there, or uses what rayvox does not support."""
+
+
+class LoadLimitError(RayvoxError, ValueError):
+    """A mesh or robot over the limits of bytes, triangles or time that it was read with."""
+
+
 class EngineUnavailableError(RayvoxError):
     """The ray-shooting engine asked for cannot run here; the message says what to install."""
 

@@ -17,7 +17,8 @@ from rayvox_service.auth import ApiKeyGuard
 from rayvox_service.frame import FrameError
 from rayvox_service.map_store import MapStore
 from rayvox_service.problems import Problem, answer_error, answer_http_exception, answer_validation_error
-from rayvox_service.routers import export, health, maps, queries, scans, stream
+from rayvox_service.robot_store import RobotStore
+from rayvox_service.routers import export, health, maps, queries, robots, scans, stream
 from rayvox_service.service import Service
 from rayvox_service.settings import Settings
 
@@ -31,13 +32,15 @@ def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         opened = store or MapStore(settings)
+        robot_store = RobotStore(settings)
         with ThreadPoolExecutor(settings.query_threads, "query") as pool:
-            app.state.service = Service(settings, opened, pool)
-            restoring = asyncio.create_task(asyncio.to_thread(opened.open_all))
+            app.state.service = Service(settings, opened, pool, robot_store)
+            restoring = asyncio.create_task(_restore(opened, robot_store))
             try:
                 yield
             finally:
                 opened.stop_opening()
+                robot_store.stop_opening()
                 await restoring
                 await asyncio.to_thread(opened.close)
 
@@ -51,7 +54,7 @@ def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
         redoc_url=None,
     )
     # Scans first: theirs is the path that has to be short.
-    for module in (scans, stream, queries, maps, export, health):
+    for module in (scans, stream, queries, maps, robots, export, health):
         app.include_router(module.router, prefix="/v1")
     for error in (Problem, FrameError, RayvoxError, OSError, Exception):
         app.add_exception_handler(error, answer_error)
@@ -61,3 +64,8 @@ def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
     if settings.api_key is not None:
         app.add_middleware(ApiKeyGuard, api_key=settings.api_key.get_secret_value())
     return app
+
+
+async def _restore(store: MapStore, robot_store: RobotStore) -> None:
+    await asyncio.to_thread(store.open_all)
+    await asyncio.to_thread(robot_store.open_all)

@@ -6,7 +6,15 @@ import logging
 from typing import Any
 
 from fastapi.exceptions import ValidationException
-from rayvox.errors import InvalidInputError, MissingDependencyError, OutOfRangeError, ScanFormatError
+from rayvox.errors import (
+    InvalidInputError,
+    LoadLimitError,
+    MeshFormatError,
+    MissingDependencyError,
+    OutOfRangeError,
+    RobotFormatError,
+    ScanFormatError,
+)
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse
@@ -21,14 +29,17 @@ KINDS: dict[str, tuple[int, str]] = {
     "unauthorized": (401, "A valid API key is needed"),
     "not-found": (404, "There is nothing at this address"),
     "map-not-found": (404, "There is no map of this name"),
+    "robot-not-found": (404, "There is no robot of this name"),
     "method-not-allowed": (405, "This address does not take this method"),
     "request-timeout": (408, "The request's body took too long"),
     "map-exists": (409, "A map of this name exists already"),
+    "robot-exists": (409, "A robot of this name exists already"),
     "scan-conflict": (409, "This scan id was used for other bytes"),
     "too-large": (413, "The request is over a size limit"),
     "unsupported-media-type": (415, "The body's media type is not taken here"),
     "invalid-input": (422, "The request's values cannot be used"),
     "invalid-map-name": (422, "This is no possible map name"),
+    "invalid-robot-name": (422, "This is no possible robot name"),
     "out-of-range": (422, "Coordinates lie beyond the map's range"),
     "overloaded": (429, "The map's queue is full"),
     "internal": (500, "The service failed"),
@@ -95,13 +106,13 @@ def as_problem(error: Exception) -> Problem:
     match error:
         case Problem():
             return error
-        case FrameTooLargeError():
+        case FrameTooLargeError() | LoadLimitError():
             return Problem("too-large", str(error))
         case FrameError():
             return Problem("invalid-frame", str(error))
         case OutOfRangeError():
             return Problem("out-of-range", str(error))
-        case InvalidInputError() | ScanFormatError():
+        case InvalidInputError() | ScanFormatError() | MeshFormatError() | RobotFormatError():
             return Problem("invalid-input", str(error))
         case MissingDependencyError():
             return Problem("unsupported-media-type", str(error))

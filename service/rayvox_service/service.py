@@ -1,4 +1,4 @@
-"""What every route needs: the settings, the maps, and the threads that queries run in."""
+"""What every route needs: the settings, the maps, the robots, and the threads that queries run in."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 from rayvox_service.hosted_map import HostedMap
 from rayvox_service.map_store import MapStore
 from rayvox_service.problems import Problem
+from rayvox_service.robot_store import RobotStore
 from rayvox_service.settings import Settings
 
 T = TypeVar("T")
@@ -23,6 +24,7 @@ class Service:
     settings: Settings
     store: MapStore
     query_pool: ThreadPoolExecutor
+    robots: RobotStore
 
     async def query(self, work: Callable[[], T]) -> T:
         """Run reading work in the query threads: the event loop and the writers go on meanwhile."""

@@ -37,6 +37,10 @@ class Settings(BaseSettings):
         default=True, description="false gives up durability on power loss, not on a crash of the process"
     )
 
+    max_robot_expanded_bytes: int = Field(default=256 * MIB, gt=0, description="files of a robot once unpacked")
+    max_robot_triangles: int = Field(default=4_000_000, gt=0)
+    max_robot_parse_s: float = Field(default=20.0, gt=0, description="longest time that reading a robot may take")
+
     wait_s: float = Field(default=30.0, gt=0, description="longest wait for a scan to be applied or a revision to come")
     body_timeout_s: float = Field(default=300.0, gt=0, description="longest time that one request body may take")
     query_threads: int = Field(default=4, gt=0, le=256)

@@ -18,6 +18,8 @@ from rayvox_client.errors import (
     OverloadedError,
     RayvoxClientError,
     RefusedInputError,
+    RobotExistsError,
+    RobotNotFoundError,
     ScanConflictError,
     ServiceError,
     ServiceTimeoutError,
@@ -33,6 +35,7 @@ from rayvox_client.map_info import MapInfo, ServiceVersion
 from rayvox_client.occupancy import FREE, OCCUPIED, UNKNOWN, Occupancy, RayHits
 from rayvox_client.receipt import ClearReceipt, RefusedScan, ScanAck, ScanReceipt
 from rayvox_client.retry import RetryPolicy
+from rayvox_client.robot_info import RobotInfo, RobotLink
 from rayvox_client.scan import DepthScan, PosedScan, Scan
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport
@@ -70,6 +73,10 @@ __all__ = [
     "RefusedInputError",
     "RefusedScan",
     "RetryPolicy",
+    "RobotExistsError",
+    "RobotInfo",
+    "RobotLink",
+    "RobotNotFoundError",
     "Scan",
     "ScanAck",
     "ScanConflictError",

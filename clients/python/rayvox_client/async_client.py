@@ -30,6 +30,8 @@ from rayvox_client.occupancy import Occupancy, RayHits
 from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.requests import Requests
 from rayvox_client.retry import RetryPolicy
+from rayvox_client.robot_info import RobotInfo
+from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import DepthScan, PosedOptions, PosedScan, Scan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport, Via
@@ -38,6 +40,7 @@ from rayvox_client.transport import Transport
 
 Wait = Literal["applied", "journaled"]
 UnknownPolicy = Literal["free", "occupied"]
+Geometry = Literal["collision", "visual"]
 FIRST_POLL_S = 0.005
 LAST_POLL_S = 0.25
 
@@ -239,6 +242,36 @@ class AsyncClient:
         part.write_bytes(answer.body)
         part.replace(target)
         return target
+
+    async def upload_robot(
+        self,
+        path: str | os.PathLike[str],
+        name: str | None = None,
+        *,
+        scale: float = 1.0,
+        geometry: Geometry = "collision",
+    ) -> RobotInfo:
+        """See `Client.upload_robot`."""
+        upload = RobotUpload.read(path)
+        request = self._requests.put_robot(upload, name or upload.name, scale, geometry)
+        return RobotInfo.from_fields((await self._answer(request)).json())
+
+    async def list_robots(self) -> list[RobotInfo]:
+        """See `Client.list_robots`."""
+        answer = (await self._answer(self._requests.get("robots"))).json()
+        return [RobotInfo.from_fields(fields) for fields in answer.list_of("robots")]
+
+    async def robot_info(self, name: str) -> RobotInfo:
+        """See `Client.robot_info`."""
+        return RobotInfo.from_fields((await self._answer(self._requests.robot_info(name))).json())
+
+    async def delete_robot(self, name: str) -> None:
+        """See `Client.delete_robot`."""
+        try:
+            await self._answer(self._requests.delete_robot(name))
+        except NotFoundError as error:
+            if not error.after_lost_answer:
+                raise
 
     def stream(
         self, map: str, subscribe: bool = False, since: int | None = None, *, compression: Compression = None

@@ -11,7 +11,7 @@ from typing import Self, Unpack
 
 from numpy.typing import ArrayLike
 
-from rayvox_client.async_client import AsyncClient, UnknownPolicy, Wait
+from rayvox_client.async_client import AsyncClient, Geometry, UnknownPolicy, Wait
 from rayvox_client.blocking_transport import BlockingTransport
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression
@@ -21,6 +21,7 @@ from rayvox_client.map_info import MapInfo, ServiceVersion
 from rayvox_client.occupancy import Occupancy, RayHits
 from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.retry import RetryPolicy
+from rayvox_client.robot_info import RobotInfo
 from rayvox_client.scan import PosedOptions, PosedScan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport, Via
@@ -261,6 +262,42 @@ class Client:
         """Export to `path`, as its suffix says: .bt or .ot (OctoMap), .ply (occupied leaves). An existing file is
         replaced only when all has arrived."""
         return run_blocking(self._client.download_map(map, path))
+
+    def upload_robot(
+        self,
+        path: str | os.PathLike[str],
+        name: str | None = None,
+        *,
+        scale: float = 1.0,
+        geometry: Geometry = "collision",
+    ) -> RobotInfo:
+        """Upload a robot; it is on the service's disk when this returns. The same upload again changes nothing.
+
+        Args:
+            path: a rigid mesh (.stl, .obj, .ply, .off, .dae, .glb), a .zip with a URDF and its meshes, a .urdf file
+                (its folder is sent along), or a folder that holds one URDF.
+            name: 1 to 64 letters, digits, `_`, `-` or `.`; the file's or folder's own by default.
+            scale: metres per unit of a mesh file.
+            geometry: what of a URDF collides.
+
+        Raises:
+            RobotExistsError: another robot of this name exists.
+            InvalidInputError: a file that is corrupt, or uses what the service does not support.
+            TooLargeError: more bytes or triangles than the service takes, or too slow to read.
+        """
+        return run_blocking(self._client.upload_robot(path, name, scale=scale, geometry=geometry))
+
+    def list_robots(self) -> list[RobotInfo]:
+        """All robots, without their limits and links."""
+        return run_blocking(self._client.list_robots())
+
+    def robot_info(self, name: str) -> RobotInfo:
+        """One robot. Raises RobotNotFoundError."""
+        return run_blocking(self._client.robot_info(name))
+
+    def delete_robot(self, name: str) -> None:
+        """Delete a robot. Raises RobotNotFoundError."""
+        run_blocking(self._client.delete_robot(name))
 
     def stream(
         self, map: str, subscribe: bool = False, since: int | None = None, *, compression: Compression = None

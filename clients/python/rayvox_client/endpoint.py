@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from urllib.parse import quote, urlencode, urlsplit
 
 from rayvox_client.errors import InvalidInputError
-from rayvox_client.validation import map_name
+from rayvox_client.validation import map_name, path_name
 
 USER_AGENT = "rayvox-client/0.1"
 
@@ -64,6 +64,10 @@ class Endpoint:
         """Request target below one map."""
         escaped = quote(map_name(name), safe="")
         return self.target(f"maps/{escaped}{'/' if path else ''}{path}", **query)
+
+    def robot_target(self, name: str, **query: object) -> str:
+        """Request target of one robot."""
+        return self.target(f"robots/{quote(path_name(name, 'robot'), safe='')}", **query)
 
     def websocket_url(self, target: str) -> str:
         """The same service's WebSocket URL of a request target."""

@@ -65,12 +65,20 @@ class MapNotFoundError(NotFoundError):
     """The map does not exist."""
 
 
+class RobotNotFoundError(NotFoundError):
+    """The robot does not exist."""
+
+
 class ConflictError(ServiceError):
     """409: it exists already, and differs."""
 
 
 class MapExistsError(ConflictError):
     """A map of this name exists."""
+
+
+class RobotExistsError(ConflictError):
+    """A robot of this name exists, from another upload."""
 
 
 class ScanConflictError(ConflictError):
@@ -94,7 +102,7 @@ class InvalidMapNameError(RefusedInputError):
 
 
 class TooLargeError(ServiceError):
-    """413: more bytes or points than the service takes."""
+    """413: more bytes, points or triangles than the service takes."""
 
 
 class UnauthorizedError(ServiceError):
@@ -116,6 +124,9 @@ class UnavailableError(OverloadedError):
 _BY_SLUG: dict[str, type[ServiceError]] = {
     "map-not-found": MapNotFoundError,
     "map-exists": MapExistsError,
+    "robot-not-found": RobotNotFoundError,
+    "robot-exists": RobotExistsError,
+    "invalid-robot-name": RefusedInputError,
     "scan-conflict": ScanConflictError,
     "invalid-input": RefusedInputError,
     "out-of-range": OutOfRangeError,

@@ -13,10 +13,12 @@ from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import InvalidInputError
 from rayvox_client.frame import MEDIA_TYPE, Compression, encode_frame
 from rayvox_client.http_message import HttpRequest
+from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import PosedScan
 from rayvox_client.sensor_model import SensorModel
 
 EXPORT_FORMATS = ("bt", "ot", "ply")
+GEOMETRIES = ("collision", "visual")
 
 
 class Requests:
@@ -100,6 +102,19 @@ class Requests:
         if suffix not in EXPORT_FORMATS:
             raise InvalidInputError(f"cannot export as {suffix!r}: the file name ends in .bt, .ot or .ply")
         return HttpRequest("GET", self._endpoint.map_target(name, "export", format=suffix))
+
+    def put_robot(self, upload: RobotUpload, name: str, scale: float, geometry: str) -> HttpRequest:
+        validation.positive_number(scale, "scale")
+        if geometry not in GEOMETRIES:
+            raise InvalidInputError(f"geometry = {geometry!r} is neither 'collision' nor 'visual'")
+        query = {"scale": float(scale), "geometry": geometry, "description": upload.description}
+        return HttpRequest("PUT", self._endpoint.robot_target(name, **query), upload.data, upload.media_type)
+
+    def robot_info(self, name: str) -> HttpRequest:
+        return HttpRequest("GET", self._endpoint.robot_target(name))
+
+    def delete_robot(self, name: str) -> HttpRequest:
+        return HttpRequest("DELETE", self._endpoint.robot_target(name))
 
     def _query(
         self,

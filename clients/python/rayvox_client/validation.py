@@ -127,7 +127,12 @@ def scan_id_text(value: str | uuid.UUID | None) -> str:
 
 
 def map_name(value: str) -> str:
+    """As path_name, of a map."""
+    return path_name(value, "map")
+
+
+def path_name(value: str, what: str) -> str:
     """A name that can stand in a URL path; which names are allowed is the service's to say."""
     if not isinstance(value, str) or value in ("", ".", "..") or not value.isprintable() or "/" in value:
-        raise InvalidInputError(f"map name {value!r} is not usable: printable text without '/' is needed")
+        raise InvalidInputError(f"{what} name {value!r} is not usable: printable text without '/' is needed")
     return value

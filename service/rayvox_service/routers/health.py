@@ -20,9 +20,10 @@ async def health() -> dict[str, str]:
 
 @router.get("/ready")
 async def ready(request: Request) -> dict[str, str]:
-    """Ready: every map that was on disk is restored, or known to be damaged."""
-    if not service_of(request).store.ready:
-        raise Problem("unavailable", "maps are being restored")
+    """Ready: every map and robot that was on disk is restored, or known to be damaged."""
+    service = service_of(request)
+    if not (service.store.ready and service.robots.ready):
+        raise Problem("unavailable", "maps and robots are being restored")
     return {"status": "ready"}
 
 

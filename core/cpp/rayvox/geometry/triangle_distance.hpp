@@ -1,0 +1,14 @@
+#pragma once
+// Exact distances to one triangle, float64. Degenerate triangles are the segments or points that they are.
+#include "rayvox/geometry/triangle_mesh.hpp"
+
+namespace rayvox {
+
+/// Closest point of a triangle (Ericson: Real-Time Collision Detection, 5.1.5).
+Vec3d closest_point(const Triangle& triangle, const Vec3d& p);
+double squared_distance(const Triangle& triangle, const Vec3d& p);
+
+/// Squared distance between a segment and a triangle; 0, but for rounding, where they meet.
+double squared_distance(const Triangle& triangle, const Vec3d& from, const Vec3d& to);
+
+}  // namespace rayvox

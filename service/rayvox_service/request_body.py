@@ -11,6 +11,7 @@ from starlette.requests import Request
 from rayvox_service.frame import Bytes
 from rayvox_service.problems import Problem
 from rayvox_service.service import service_of
+from rayvox_service.whole_body import whole_body
 
 JSON = "application/json"
 M = TypeVar("M", bound=BaseModel)
@@ -38,24 +39,32 @@ async def read_body(request: Request, max_bytes: int) -> Bytes:
     """The whole body. Raises Problem too-large as soon as that is known, request-timeout when it takes too long."""
     if announced_bytes(request) > max_bytes:
         raise _too_large(announced_bytes(request), max_bytes)
-    chunks: list[bytes] = []
-    received = 0
     timeout_s = service_of(request).settings.body_timeout_s
+    offered = whole_body(request.scope)
     try:
         async with asyncio.timeout(timeout_s):
-            while True:
-                message = await request.receive()
-                if message["type"] == "http.disconnect":
-                    raise Problem("request-timeout", "the connection ended within the body")
-                chunk = message.get("body", b"")
-                received += len(chunk)
-                if received > max_bytes:
-                    raise _too_large(received, max_bytes)
-                chunks.append(chunk)
-                if not message.get("more_body", False):
-                    return chunks[0] if len(chunks) == 1 else b"".join(chunks)
+            body = await _read_messages(request, max_bytes) if offered is None else await offered.read()
     except TimeoutError:
         raise Problem("request-timeout", f"the body did not arrive within {timeout_s:g} s") from None
+    if body is None:
+        raise Problem("request-timeout", "the connection ended within the body")
+    return body
+
+
+async def _read_messages(request: Request, max_bytes: int) -> bytes | None:
+    chunks: list[bytes] = []
+    received = 0
+    while True:
+        message = await request.receive()
+        if message["type"] == "http.disconnect":
+            return None
+        chunk = message.get("body", b"")
+        received += len(chunk)
+        if received > max_bytes:
+            raise _too_large(received, max_bytes)
+        chunks.append(chunk)
+        if not message.get("more_body", False):
+            return chunks[0] if len(chunks) == 1 else b"".join(chunks)
 
 
 async def read_json(request: Request, model: type[M]) -> M:

@@ -1,8 +1,11 @@
 """The one way into a map: frames are checked, journaled, applied and acknowledged, in the order they came.
 
-Two threads per map. *Intake* checks frames and writes all that wait to the journal under one fdatasync. *Apply*
-inserts them into the map, already while the disk still writes; nothing is shown to readers or acknowledged as applied
-before it is both on disk and in the map.
+Two roles, played by two threads per map. *Intake* checks frames and writes all that wait to the journal under one
+fdatasync. *Apply* inserts them into the map, already while the disk still writes; nothing is shown to readers or
+acknowledged as applied before it is both on disk and in the map.
+
+While nothing is being applied the threads swap roles with each batch: the one that checked it goes straight on to insert
+it, and the other one wakes up to write it and to check what comes next. A scan then waits for no thread on its way.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import uuid
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from queue import Empty, SimpleQueue
 
 from rayvox import OccupancyMap
@@ -32,6 +36,9 @@ MAX_GROUP_BYTES = 64 << 20
 
 log = logging.getLogger(__name__)
 
+# Plays until the roles change; returns what its thread plays next.
+_Role = Callable[[], "_Role | None"]
+
 
 @dataclass(frozen=True, slots=True)
 class WriterLimits:
@@ -40,6 +47,13 @@ class WriterLimits:
     frame: FrameLimits
     max_points: int
     queue_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Swap:
+    """For the thread that applies: write these entries, which the other thread is inserting, and be intake."""
+
+    entries: list[Entry]
 
 
 class MapWriter:
@@ -64,12 +78,17 @@ class MapWriter:
         self._closed: Problem | None = None
         self._broken: Problem | None = None
         self._inbox: SimpleQueue[Submission | None] = SimpleQueue()
-        self._outbox: SimpleQueue[Entry | None] = SimpleQueue()
+        self._outbox: SimpleQueue[Entry | _Swap | None] = SimpleQueue()
+        # Each is changed by one role only: they are equal when nothing is being applied.
+        self._handed_over = self._applied_or_failed = 0
         self.last_sequence = journal.next_sequence - 1
         self.scans_applied = len(ledger)
         self.applied = Waiters(self.last_sequence)
         self.revision = Waiters(published.revision)
-        self._threads = [threading.Thread(target=run, daemon=True) for run in (self._run_intake, self._run_apply)]
+        self._threads = [
+            threading.Thread(target=self._play, args=(role,), daemon=True)
+            for role in (self._take_in, partial(self._apply_all, []))
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -90,11 +109,10 @@ class MapWriter:
         self._budget.check_room(nbytes)
 
     def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None) -> Submission:
-        """Queue one scan frame. Raises Problem overloaded, or the reason why the map takes nothing any more."""
-        return self._submit(Submission(scan.KIND, data, scan_id))
+        return self.submit(Submission(scan.KIND, data, scan_id))
 
     def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
-        return self._submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
+        return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
 
     def close(self, refusal: Problem, *, drain: bool) -> None:
         """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads. Once is enough."""
@@ -114,7 +132,8 @@ class MapWriter:
         self.revision.fail(refusal)
         self._journal.close()
 
-    def _submit(self, submission: Submission) -> Submission:
+    def submit(self, submission: Submission) -> Submission:
+        """Queue it. Raises Problem overloaded, or the reason why the map takes nothing any more."""
         # Under the lock, so that nothing is queued behind the mark that ends the threads.
         with self._lock:
             refusal = self._broken or self._closed
@@ -130,22 +149,41 @@ class MapWriter:
         settle_error(submission.journaled, problem)
         settle_error(submission.applied, problem)
 
+    @staticmethod
+    def _play(first: _Role) -> None:
+        role: _Role | None = first
+        while role is not None:
+            role = role()
+
     # Intake
 
-    def _run_intake(self) -> None:
-        running = True
-        while running:
-            waiting = [self._inbox.get()]
-            try:
-                while len(waiting) < MAX_GROUP and sum(len(s.data) for s in waiting if s) < MAX_GROUP_BYTES:
-                    waiting.append(self._inbox.get_nowait())
-            except Empty:
-                pass
-            running = None not in waiting
-            entries = self._check_all([submission for submission in waiting if submission is not None])
-            if entries:
-                self._commit(entries)
-        self._outbox.put(None)
+    def _take_in(self) -> _Role | None:
+        while True:
+            submissions, closing = self._next_submissions()
+            entries = self._check_all(submissions)
+            self._number(entries)
+            if entries and not closing and self._handed_over == self._applied_or_failed:
+                self._handed_over += len(entries)
+                self._outbox.put(_Swap(entries))
+                return partial(self._apply_all, entries)
+            # Insertion starts while the record is still being written; see _apply for when the disk refuses.
+            self._handed_over += len(entries)
+            for entry in entries:
+                self._outbox.put(entry)
+            self._commit(entries)
+            if closing:
+                self._outbox.put(None)
+                return None
+
+    def _next_submissions(self) -> tuple[list[Submission], bool]:
+        """All that wait, at least one; and whether the mark that ends the threads was among them."""
+        waiting = [self._inbox.get()]
+        try:
+            while len(waiting) < MAX_GROUP and sum(len(s.data) for s in waiting if s) < MAX_GROUP_BYTES:
+                waiting.append(self._inbox.get_nowait())
+        except Empty:
+            pass
+        return [submission for submission in waiting if submission is not None], None in waiting
 
     def _check_all(self, submissions: list[Submission]) -> list[Entry]:
         group = CommitGroup()
@@ -189,15 +227,16 @@ class MapWriter:
                 return True
         return False
 
+    def _number(self, entries: list[Entry]) -> None:
+        for sequence, entry in enumerate(entries, self._journal.next_sequence):
+            entry.sequence = sequence
+
     def _commit(self, entries: list[Entry]) -> None:
+        if not entries:
+            return
         group = entries[0].group
         try:
-            # Insertion starts while the record is still being written; see _apply for when the disk refuses.
-            frames = [entry.submission.data for entry in entries]
-            for sequence, entry in enumerate(entries, self._journal.next_sequence):
-                entry.sequence = sequence
-                self._outbox.put(entry)
-            self._journal.write(frames)
+            self._journal.write([entry.submission.data for entry in entries])
             self._journal.sync()
             self._remember(entries)
         except Exception as error:
@@ -242,14 +281,24 @@ class MapWriter:
 
     # Apply
 
-    def _run_apply(self) -> None:
-        while (entry := self._outbox.get()) is not None:
-            try:
-                if self._broken is not None:
-                    raise self._broken
-                self._apply(entry)
-            except Exception as error:
-                self._give_up(entry, error)
+    def _apply_all(self, entries: list[Entry]) -> _Role | None:
+        for entry in entries:
+            self._apply_or_give_up(entry)
+        while (item := self._outbox.get()) is not None:
+            if isinstance(item, _Swap):
+                self._commit(item.entries)
+                return self._take_in
+            self._apply_or_give_up(item)
+        return None
+
+    def _apply_or_give_up(self, entry: Entry) -> None:
+        try:
+            if self._broken is not None:
+                raise self._broken
+            self._apply(entry)
+        except Exception as error:
+            self._give_up(entry, error)
+        self._applied_or_failed += 1
 
     def _apply(self, entry: Entry) -> None:
         if entry.group.failed:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import json
+from functools import partial
 
 from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
 from rayvox_service import frame
+from rayvox_service.map_writer import MapWriter
 from rayvox_service.point_cloud_file import POINT_CLOUD_TYPES, point_cloud_to_frame
 from rayvox_service.problems import Problem
 from rayvox_service.request_body import JSON, announced_bytes, media_type, read_body
-from rayvox_service.scan import parse_scan_id
+from rayvox_service.scan import KIND, parse_scan_id
 from rayvox_service.service import Service, map_of, service_of
 from rayvox_service.submission import Receipt, Submission
 
@@ -35,15 +37,16 @@ async def put_scan(request: Request) -> Response:
         parameters = dict(request.query_params)
         max_points = service.settings.max_points
         body = await asyncio.to_thread(point_cloud_to_frame, media, bytes(body), scan_id, parameters, max_points)
-    receipt = await _await_receipt(service, hosted.writer.submit_scan(body, scan_id), wait)
+    receipt = await _insert(service, hosted.writer, Submission(KIND, body, scan_id), wait)
     return Response(json.dumps(receipt.document()), 200 if receipt.duplicate else 201, media_type=JSON)
 
 
-async def _await_receipt(service: Service, submission: Submission, wait: str) -> Receipt:
+async def _insert(service: Service, writer: MapWriter, submission: Submission, wait: str) -> Receipt:
+    begin = partial(writer.submit, submission)
     if wait == "journaled":
-        return await service.wait(submission.journaled, None, "the scan was not journaled")
+        return await service.wait(submission.journaled, None, "the scan was not journaled", begin)
     try:
-        return await service.wait(submission.applied, None, "the scan was not applied")
+        return await service.wait(submission.applied, None, "the scan was not applied", begin)
     except Problem as problem:
         # On disk is on disk: the sender need not send it again, only wait longer.
         if problem.slug != "timeout" or not submission.journaled.done():

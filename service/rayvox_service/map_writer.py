@@ -4,8 +4,8 @@ Two roles, played by two threads per map. *Intake* checks frames and writes all 
 fdatasync. *Apply* inserts them into the map, already while the disk still writes; nothing is shown to readers or
 acknowledged as applied before it is both on disk and in the map.
 
-While nothing is being applied the threads swap roles with each batch: the one that checked it goes straight on to insert
-it, and the other one wakes up to write it and to check what comes next. A scan then waits for no thread on its way.
+While nothing is being applied the threads swap roles with each batch: the one that checked it goes straight on to
+insert it, and the other one wakes up to write it and to check what comes next. So no scan waits for a thread to wake.
 """
 
 from __future__ import annotations

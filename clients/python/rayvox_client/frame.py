@@ -23,6 +23,7 @@ MEDIA_TYPE = "application/vnd.rayvox.frame"
 MAX_EXPANDED_BYTES = 4 << 30
 Compression = Literal["zstd"] | None
 
+_ENCODER = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=False)
 _PREFIX = struct.Struct("<4sIQII")
 _MAGIC = b"RVX1"
 _ALIGNMENT = 64
@@ -138,12 +139,7 @@ def _header(kind: str, fields: Mapping[str, object], entries: list[dict[str, obj
             entry["offset"] = position
             position += int(str(entry["nbytes"]))
         try:
-            text = json.dumps(
-                {"kind": kind, **fields, "payloads": entries},
-                allow_nan=False,
-                separators=(",", ":"),
-                ensure_ascii=False,
-            )
+            text = _ENCODER.encode({"kind": kind, **fields, "payloads": entries})
         except (TypeError, ValueError) as error:
             raise InvalidInputError(f"a {kind} frame cannot carry its header: {error}") from error
         header = text.encode()

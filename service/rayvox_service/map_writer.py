@@ -13,6 +13,7 @@ from __future__ import annotations
 import logging
 import threading
 import uuid
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -23,12 +24,13 @@ from rayvox import OccupancyMap
 
 from rayvox_service import map_operation, scan
 from rayvox_service.byte_budget import ByteBudget
-from rayvox_service.frame import Bytes, Frame, FrameLimits, decode_frame
+from rayvox_service.frame import Bytes
 from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
 from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission
+from rayvox_service.submission_check import SubmissionCheck, WriterLimits
 from rayvox_service.waiters import Waiters, settle, settle_error
 
 MAX_GROUP = 64
@@ -36,22 +38,13 @@ MAX_GROUP_BYTES = 64 << 20
 
 log = logging.getLogger(__name__)
 
-# Plays until the roles change; returns what its thread plays next.
-_Role = Callable[[], "_Role | None"]
-
-
-@dataclass(frozen=True, slots=True)
-class WriterLimits:
-    """`queue_bytes` bounds frames and prepared scans that are not yet applied."""
-
-    frame: FrameLimits
-    max_points: int
-    queue_bytes: int
+# One step of a thread's work; returns the next one, None at the end.
+_Step = Callable[[], "_Step | None"]
 
 
 @dataclass(frozen=True, slots=True)
 class _Swap:
-    """For the thread that applies: write these entries, which the other thread is inserting, and be intake."""
+    """For the thread that applies: write these entries, which the other one goes on to insert, and be intake."""
 
     entries: list[Entry]
 
@@ -71,23 +64,24 @@ class MapWriter:
         reload: Callable[[int], OccupancyMap],
         on_applied: Callable[[int, int], None],
     ) -> None:
-        self._published, self._journal, self._ledger, self._limits = published, journal, ledger, limits
+        self._published, self._journal, self._ledger = published, journal, ledger
         self._reload, self._on_applied = reload, on_applied
+        self._submission_check = SubmissionCheck(published, ledger, limits)
         self._lock = threading.Lock()
         self._budget = ByteBudget(limits.queue_bytes)
         self._closed: Problem | None = None
         self._broken: Problem | None = None
         self._inbox: SimpleQueue[Submission | None] = SimpleQueue()
         self._outbox: SimpleQueue[Entry | _Swap | None] = SimpleQueue()
-        # Each is changed by one role only: they are equal when nothing is being applied.
+        # Each is changed by one role only; equal when nothing is being applied.
         self._handed_over = self._applied_or_failed = 0
         self.last_sequence = journal.next_sequence - 1
         self.scans_applied = len(ledger)
         self.applied = Waiters(self.last_sequence)
         self.revision = Waiters(published.revision)
         self._threads = [
-            threading.Thread(target=self._play, args=(role,), daemon=True)
-            for role in (self._take_in, partial(self._apply_all, []))
+            threading.Thread(target=self._run, args=(step,), daemon=True)
+            for step in (self._take_in, partial(self._apply_next, deque()))
         ]
         for thread in self._threads:
             thread.start()
@@ -150,30 +144,33 @@ class MapWriter:
         settle_error(submission.applied, problem)
 
     @staticmethod
-    def _play(first: _Role) -> None:
-        role: _Role | None = first
-        while role is not None:
-            role = role()
+    def _run(first: _Step) -> None:
+        # Between two steps nothing holds on to a scan.
+        step: _Step | None = first
+        while step is not None:
+            step = step()
 
     # Intake
 
-    def _take_in(self) -> _Role | None:
-        while True:
-            submissions, closing = self._next_submissions()
-            entries = self._check_all(submissions)
-            self._number(entries)
-            if entries and not closing and self._handed_over == self._applied_or_failed:
-                self._handed_over += len(entries)
-                self._outbox.put(_Swap(entries))
-                return partial(self._apply_all, entries)
-            # Insertion starts while the record is still being written; see _apply for when the disk refuses.
-            self._handed_over += len(entries)
-            for entry in entries:
-                self._outbox.put(entry)
+    def _take_in(self) -> _Step | None:
+        submissions, closing = self._next_submissions()
+        entries = self._check_all(submissions)
+        for sequence, entry in enumerate(entries, self._journal.next_sequence):
+            entry.sequence = sequence
+        all_applied = self._handed_over == self._applied_or_failed
+        self._handed_over += len(entries)
+        if entries and all_applied and not closing:
+            self._outbox.put(_Swap(entries))
+            return partial(self._apply_next, deque(entries))
+        # Insertion starts while the record is still being written; see _apply for when the disk refuses.
+        for entry in entries:
+            self._outbox.put(entry)
+        if entries:
             self._commit(entries)
-            if closing:
-                self._outbox.put(None)
-                return None
+        if not closing:
+            return self._take_in
+        self._outbox.put(None)
+        return None
 
     def _next_submissions(self) -> tuple[list[Submission], bool]:
         """All that wait, at least one; and whether the mark that ends the threads was among them."""
@@ -190,50 +187,22 @@ class MapWriter:
         entries: list[Entry] = []
         for submission in submissions:
             try:
-                entry = self._check(submission, group, entries)
+                if self._broken is not None:
+                    raise self._broken
+                found = self._submission_check.check(submission, group, entries)
             except Exception as error:
                 self._reject(submission, error)
+                continue
+            if isinstance(found, ScanEntry):
+                self._answer_retry(submission, found.sequence)
+            elif found.submission is submission:
+                self._budget.change(submission, found.operation.nbytes)
+                entries.append(found)
             else:
-                entries += [entry] if entry is not None else []
+                found.retries.append(submission)
         return entries
 
-    def _check(self, submission: Submission, group: CommitGroup, earlier: list[Entry]) -> Entry | None:
-        """An entry to journal, or None for a scan that was seen before."""
-        if self._broken is not None:
-            raise self._broken
-        frame = decode_frame(submission.data, self._limits.frame)
-        if frame.kind != submission.kind:
-            raise Problem("invalid-input", f"a {submission.kind} frame is needed, this one is {frame.kind[:60]!r}")
-        if frame.kind == scan.KIND and self._is_retry(submission, frame, earlier):
-            return None
-        operation = map_operation.parse_operation(frame, self._published.unchanging(), self._limits.max_points)
-        self._budget.change(submission, operation.nbytes)
-        return Entry(submission, operation, group, frame.crc32c, frame.nbytes)
-
-    def _is_retry(self, submission: Submission, frame: Frame, earlier: list[Entry]) -> bool:
-        scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
-        if submission.scan_id not in (None, scan_id):
-            raise Problem("invalid-input", f"the frame's scan_id {scan_id} is not the address's {submission.scan_id}")
-        submission.scan_id = scan_id
-        known = self._ledger.get(scan_id)
-        if known is not None:
-            _check_same_bytes(known, frame, scan_id)
-            self._answer_retry(submission, known.sequence)
-            return True
-        for entry in earlier:
-            if entry.submission.scan_id == scan_id:
-                _check_same_bytes(ScanEntry(0, entry.crc32c, entry.nbytes), frame, scan_id)
-                entry.retries.append(submission)
-                return True
-        return False
-
-    def _number(self, entries: list[Entry]) -> None:
-        for sequence, entry in enumerate(entries, self._journal.next_sequence):
-            entry.sequence = sequence
-
     def _commit(self, entries: list[Entry]) -> None:
-        if not entries:
-            return
         group = entries[0].group
         try:
             self._journal.write([entry.submission.data for entry in entries])
@@ -281,24 +250,22 @@ class MapWriter:
 
     # Apply
 
-    def _apply_all(self, entries: list[Entry]) -> _Role | None:
-        for entry in entries:
-            self._apply_or_give_up(entry)
-        while (item := self._outbox.get()) is not None:
-            if isinstance(item, _Swap):
-                self._commit(item.entries)
-                return self._take_in
-            self._apply_or_give_up(item)
-        return None
-
-    def _apply_or_give_up(self, entry: Entry) -> None:
+    def _apply_next(self, own: deque[Entry]) -> _Step | None:
+        """`own` are this thread's entries since a swap; only then come those of the outbox."""
+        item = own.popleft() if own else self._outbox.get()
+        if item is None:
+            return None
+        if isinstance(item, _Swap):
+            self._commit(item.entries)
+            return self._take_in
         try:
             if self._broken is not None:
                 raise self._broken
-            self._apply(entry)
+            self._apply(item)
         except Exception as error:
-            self._give_up(entry, error)
+            self._give_up(item, error)
         self._applied_or_failed += 1
+        return partial(self._apply_next, own)
 
     def _apply(self, entry: Entry) -> None:
         if entry.group.failed:
@@ -331,8 +298,3 @@ class MapWriter:
         self.revision.fail(self._broken)
         settle_error(entry.submission.applied, self._broken)
         self._budget.release(entry.submission)
-
-
-def _check_same_bytes(known: ScanEntry, frame: Frame, scan_id: uuid.UUID) -> None:
-    if not known.same_bytes(frame.crc32c, frame.nbytes):
-        raise Problem("scan-conflict", f"scan {scan_id} was sent before with other bytes", scan_id=str(scan_id))

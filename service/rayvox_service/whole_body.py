@@ -68,7 +68,7 @@ class _Receiver(asyncio.BufferedProtocol):
         self._octets = np.empty(nbytes, np.uint8)
         self._octets[: len(begun)] = begun
         self._view = self._octets.data
-        self._filled = len(begun)
+        self._parsed = self._filled = len(begun)
         self._done: asyncio.Future[bool] = http.loop.create_future()
 
     async def receive(self) -> memoryview | None:
@@ -78,9 +78,9 @@ class _Receiver(asyncio.BufferedProtocol):
         try:
             complete = await self._done
         except asyncio.CancelledError:
-            # Whoever gave up still answers: the parser learns what was read, and the rest goes its usual way.
+            # Whoever gave up still answers: the parser learns what was read past it, and skips the rest as it comes.
             transport.set_protocol(self._http)
-            self._http.data_received(bytes(self._view[: self._filled]))
+            self._http.data_received(bytes(self._view[self._parsed : self._filled]))
             raise
         if not complete:
             return None

@@ -29,13 +29,13 @@ class HttpConnection:
         with suppress(ConnectionFailedError):
             await self._send(request)
         answer = IncomingAnswer()
-        while not answer.is_complete:
+        while answer.response is None:
             try:
                 answer.feed(await self._stream.receive())
             except (httptools.HttpParserError, EOFError) as error:
                 raise ConnectionFailedError(f"{self._endpoint.url} broke off its answer: {error}") from error
         self.is_reusable = answer.keeps_alive
-        return HttpResponse(answer.status, answer.headers, answer.body)
+        return answer.response
 
     async def _send(self, request: HttpRequest) -> None:
         head = self._head(request)
@@ -68,56 +68,51 @@ class IncomingAnswer:
     """One HTTP/1.1 answer as it arrives.
 
     Attributes:
-        headers: names in lower case.
-        is_complete: whether its last byte has arrived; `status`, `body` and `keeps_alive` are for then.
-        keeps_alive: whether the connection takes another request.
+        response: the answer once its last byte has arrived, None before.
+        keeps_alive: whether the connection then takes another request.
     """
 
     def __init__(self) -> None:
-        self.headers: dict[str, str] = {}
-        self.status = 0
-        self.is_complete = False
+        self.response: HttpResponse | None = None
         self.keeps_alive = False
+        self._headers: dict[str, str] = {}
         self._chunks: list[bytes] = []
         self._ends_with_connection = False
         self._parser = httptools.HttpResponseParser(self)
-
-    @property
-    def body(self) -> bytes:
-        return self._chunks[0] if len(self._chunks) == 1 else b"".join(self._chunks)
 
     def feed(self, data: bytes) -> None:
         """The next bytes, none at the end of the connection. Raises EOFError, httptools.HttpParserError."""
         if data:
             self._parser.feed_data(data)
         elif self._ends_with_connection:
-            self.is_complete = True
+            self.on_message_complete()
         else:
             raise EOFError("the connection was closed")
 
     # Called by the parser
 
     def on_message_begin(self) -> None:
-        # A second answer was not asked for.
+        # After the answer: one that nobody asked for.
         self.keeps_alive = False
+        self._headers, self._chunks = {}, []
 
     def on_header(self, name: bytes, value: bytes) -> None:
-        self.headers[name.decode("ascii").lower()] = value.decode("latin-1")
+        self._headers[name.decode("ascii").lower()] = value.decode("latin-1")
 
     def on_headers_complete(self) -> None:
-        self.status = self._parser.get_status_code()
-        self._ends_with_connection = self.headers.keys().isdisjoint({"content-length", "transfer-encoding"})
+        self._ends_with_connection = self._headers.keys().isdisjoint({"content-length", "transfer-encoding"})
 
     def on_body(self, body: bytes) -> None:
         self._chunks.append(body)
 
     def on_message_complete(self) -> None:
-        if self.status < 200:  # an informational answer, before the real one
-            self.headers.clear()
-            self._ends_with_connection = False
-            return
-        self.is_complete = True
-        self.keeps_alive = self._parser.should_keep_alive()
+        status = self._parser.get_status_code()
+        # What is below 200 only informs, before the answer.
+        if status >= 200 and self.response is None:
+            body = self._chunks[0] if len(self._chunks) == 1 else b"".join(self._chunks)
+            self.response = HttpResponse(status, self._headers, body)
+            self.keeps_alive = self._parser.should_keep_alive()
+        self._ends_with_connection = False
 
 
 class HttpPool:

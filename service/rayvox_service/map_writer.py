@@ -4,8 +4,8 @@ Two roles, played by two threads per map. *Intake* checks frames and writes all 
 fdatasync. *Apply* inserts them into the map, already while the disk still writes; nothing is shown to readers or
 acknowledged as applied before it is both on disk and in the map.
 
-While nothing is being applied the threads swap roles with each batch: the one that checked it goes straight on to
-insert it, and the other one wakes up to write it and to check what comes next. So no scan waits for a thread to wake.
+Where the sender waits for the insertion and nothing else is being applied, the threads swap roles: the one that checked
+the scan goes straight on to insert it, and the other one wakes up to write it and to check what comes next.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
-from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission
+from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission, Wait
 from rayvox_service.submission_check import SubmissionCheck, WriterLimits
 from rayvox_service.waiters import Waiters, settle, settle_error
 
@@ -102,11 +102,11 @@ class MapWriter:
             raise refusal
         self._budget.check_room(nbytes)
 
-    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None) -> Submission:
-        return self.submit(Submission(scan.KIND, data, scan_id))
+    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None, wait: Wait = "journaled") -> Submission:
+        return self.submit(Submission(scan.KIND, data, scan_id, wait))
 
     def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
-        return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
+        return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None, wait="applied"))
 
     def close(self, refusal: Problem, *, drain: bool) -> None:
         """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads. Once is enough."""
@@ -157,9 +157,9 @@ class MapWriter:
         entries = self._check_all(submissions)
         for sequence, entry in enumerate(entries, self._journal.next_sequence):
             entry.sequence = sequence
-        all_applied = self._handed_over == self._applied_or_failed
+        may_swap = self._handed_over == self._applied_or_failed and not closing
         self._handed_over += len(entries)
-        if entries and all_applied and not closing:
+        if entries and may_swap and all(entry.submission.wait == "applied" for entry in entries):
             self._outbox.put(_Swap(entries))
             return partial(self._apply_next, deque(entries))
         # Insertion starts while the record is still being written; see _apply for when the disk refuses.

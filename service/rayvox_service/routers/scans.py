@@ -19,7 +19,7 @@ from rayvox_service.problems import Problem, as_problem
 from rayvox_service.request_body import JSON, RequestBody
 from rayvox_service.scan import KIND, parse_scan_id
 from rayvox_service.service import Service
-from rayvox_service.submission import Receipt, Submission
+from rayvox_service.submission import Receipt, Submission, Wait
 
 router = APIRouter(tags=["scans"])
 ROUTE = "/maps/{map_name}/scans/{scan_id}"
@@ -65,9 +65,7 @@ async def _take_scan(scope: Scope, receive: Receive) -> Receipt:
     hosted = service.store.get(scope["path_params"]["map_name"])
     scan_id = parse_scan_id(scope["path_params"]["scan_id"])
     parameters = dict(parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True))
-    wait = parameters.get("wait", "journaled")
-    if wait not in ("journaled", "applied"):
-        raise Problem("invalid-input", f"wait is journaled or applied, not {wait[:40]!r}")
+    wait = _wait(parameters.get("wait", "journaled"))
     incoming = RequestBody(scope, receive)
     media = incoming.media_type(ACCEPTED)
     hosted.writer.check_room(incoming.announced_bytes())
@@ -75,12 +73,19 @@ async def _take_scan(scope: Scope, receive: Receive) -> Receipt:
     if media != frame.MEDIA_TYPE:
         max_points = service.settings.max_points
         data = await asyncio.to_thread(point_cloud_to_frame, media, bytes(data), scan_id, parameters, max_points)
-    return await _insert(service, hosted.writer, Submission(KIND, data, scan_id), wait)
+    return await _insert(service, hosted.writer, Submission(KIND, data, scan_id, wait))
 
 
-async def _insert(service: Service, writer: MapWriter, submission: Submission, wait: str) -> Receipt:
+def _wait(text: str) -> Wait:
+    match text:
+        case "journaled" | "applied":
+            return text
+    raise Problem("invalid-input", f"wait is journaled or applied, not {text[:40]!r}")
+
+
+async def _insert(service: Service, writer: MapWriter, submission: Submission) -> Receipt:
     begin = partial(writer.submit, submission)
-    if wait == "journaled":
+    if submission.wait == "journaled":
         return await service.wait(submission.journaled, None, "the scan was not journaled", begin)
     try:
         return await service.wait(submission.applied, None, "the scan was not applied", begin)

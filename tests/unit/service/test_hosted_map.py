@@ -19,7 +19,7 @@ from rayvox_service.journal import list_segments
 from rayvox_service.map_config import MapConfig, write_map_config
 from rayvox_service.problems import Problem
 from rayvox_service.settings import Settings
-from rayvox_service.submission import Receipt, Submission
+from rayvox_service.submission import Receipt, Submission, Wait
 from rayvox_service.submission_check import SubmissionCheck
 
 from tests.support.service_process import leaf_dict, scan_frame, some_points
@@ -368,9 +368,13 @@ def test_closing_with_drain_finishes_what_was_taken(open_map: Opener) -> None:
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.lists(st.tuples(st.sampled_from(["scan", "clear", "bad"]), st.booleans()), min_size=1, max_size=30))
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["scan", "awaited scan", "clear", "bad"]), st.booleans()), min_size=1, max_size=30
+    )
+)
 def test_records_are_applied_in_order_while_the_threads_swap_roles(submitted: list[tuple[str, bool]]) -> None:
-    """Scans, clears and bad frames, each in a burst with the one before or after a pause."""
+    """Scans, clears and bad frames, each in a burst with the one before or after a pause; some are waited for."""
     expected, taken = OccupancyMap(RESOLUTION_M), list[Submission]()
     with tempfile.TemporaryDirectory() as folder:
         config = MapConfig(name="lab", resolution_m=RESOLUTION_M)
@@ -378,8 +382,9 @@ def test_records_are_applied_in_order_while_the_threads_swap_roles(submitted: li
         for seed, (kind, after_a_pause) in enumerate(submitted):
             if after_a_pause and taken:
                 taken[-1].applied.result(20)
-            if kind == "scan":
-                taken.append(hosted.writer.submit_scan(scan_frame(some_points(seed))[1]))
+            if kind in ("scan", "awaited scan"):
+                wait: Wait = "applied" if kind == "awaited scan" else "journaled"
+                taken.append(hosted.writer.submit_scan(scan_frame(some_points(seed))[1], wait=wait))
                 expected.insert_scan(some_points(seed))
             elif kind == "clear":
                 taken.append(hosted.writer.submit_clear((-3.0, -3.0, -3.0), (1.0, 2.0, 3.0)))
@@ -392,7 +397,7 @@ def test_records_are_applied_in_order_while_the_threads_swap_roles(submitted: li
         hosted.close(STOPPING, drain=True)
 
 
-def test_a_scan_that_meets_an_idle_map_is_inserted_by_the_thread_that_checked_it(
+def test_a_scan_that_is_waited_for_is_inserted_by_the_thread_that_checked_it(
     open_map: Opener, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hosted = open_map()
@@ -409,7 +414,6 @@ def test_a_scan_that_meets_an_idle_map_is_inserted_by_the_thread_that_checked_it
 
     monkeypatch.setattr(SubmissionCheck, "check", noted_check)
     monkeypatch.setattr(OccupancyMap, "insert_prepared", noted_insert)
-    insert(hosted, 1)
-    assert inserted == checked
-    insert(hosted, 2)
-    assert checked[1] != checked[0]
+    for seed in (1, 2):
+        hosted.writer.submit_scan(scan_frame(some_points(seed))[1], wait="applied").applied.result(20)
+    assert inserted[0] == checked[0] != checked[1]

@@ -22,6 +22,8 @@ from rayvox_service.routers import export, health, maps, queries, robots, scans,
 from rayvox_service.service import Service
 from rayvox_service.settings import Settings
 
+PREFIX = "/v1"
+
 
 def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
     """An application over `store`, or over `settings.data_dir`, which it then takes for itself when it starts up.
@@ -48,19 +50,20 @@ def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
         title="rayvox",
         version=__version__,
         lifespan=lifespan,
-        openapi_url="/v1/openapi.json",
+        openapi_url=f"{PREFIX}/openapi.json",
         # The pages that FastAPI would serve load their scripts from the internet.
         docs_url=None,
         redoc_url=None,
     )
-    # Scans first: theirs is the path that has to be short.
     for module in (scans, stream, queries, maps, robots, export, health):
-        app.include_router(module.router, prefix="/v1")
+        app.include_router(module.router, prefix=PREFIX)
     for error in (Problem, FrameError, RayvoxError, OSError, Exception):
         app.add_exception_handler(error, answer_error)
     app.add_exception_handler(RequestValidationError, answer_validation_error)
     app.add_exception_handler(WebSocketRequestValidationError, answer_validation_error)
     app.add_exception_handler(HTTPException, answer_http_exception)
+    app.add_middleware(scans.ScanShortcut, prefix=PREFIX)
+    # Added last, so in front of it.
     if settings.api_key is not None:
         app.add_middleware(ApiKeyGuard, api_key=settings.api_key.get_secret_value())
     return app

@@ -161,9 +161,12 @@ def _refuse_constant(text: str) -> NoReturn:
     raise ValueError(f"{text} is not JSON")
 
 
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
+
+
 def _parse_header(text: bytes) -> dict[str, Any]:
     try:
-        header = json.loads(text.decode("utf-8"), parse_constant=_refuse_constant)
+        header = _DECODER.decode(text.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise FrameError(f"the header is not JSON: {error}") from None
     if not isinstance(header, dict):
@@ -212,7 +215,7 @@ def _check_layout(payloads: list[Payload], octets: npt.NDArray[np.uint8], header
 
 
 def _check_gap(gap: npt.NDArray[np.uint8]) -> None:
-    if gap.any():
+    if gap.tobytes().strip(b"\0"):
         raise FrameError("a gap between payloads is not filled with zero bytes")
 
 

@@ -15,12 +15,13 @@ from rayvox_service.journal import Journal
 from rayvox_service.journal_recovery import JournalCut, JournalGapError, JournalRecovery
 from rayvox_service.map_config import MapConfig
 from rayvox_service.map_operation import ScanOperation, parse_operation
-from rayvox_service.map_writer import MapWriter, WriterLimits
+from rayvox_service.map_writer import MapWriter
 from rayvox_service.problems import Problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
 from rayvox_service.settings import Settings
 from rayvox_service.snapshot_file import read_latest_snapshot, write_snapshot
+from rayvox_service.submission_check import WriterLimits
 
 MIN_SEGMENT_BYTES = 1 << 16
 

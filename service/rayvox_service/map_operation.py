@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import uuid
 from dataclasses import dataclass
@@ -36,7 +35,7 @@ class ScanOperation:
 
     def apply(self, occupancy_map: OccupancyMap) -> Outcome:
         result = occupancy_map.insert_prepared(self.prepared)
-        return Outcome(result.revision, dataclasses.asdict(result.statistics))
+        return Outcome(result.revision, dict(vars(result.statistics)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,6 +48,8 @@ class MapStore:
         self._maps: dict[str, HostedMap] = {}
         self._failures: dict[str, str] = {}
         self._opening: set[str] = {path.name for path in self._maps_dir.iterdir() if path.is_dir()}
+        # Listed before anything is served: what comes into these folders later is somebody's work.
+        self._leftovers = [*self._staging.iterdir(), *self._trash.iterdir()]
         self._closed = False
 
     @property
@@ -56,7 +58,7 @@ class MapStore:
 
     def open_all(self) -> None:
         """Restore every map; one that cannot be restored answers `unavailable` and leaves the others alone."""
-        for leftover in [*self._staging.iterdir(), *self._trash.iterdir()]:
+        for leftover in self._leftovers:
             shutil.rmtree(leftover, ignore_errors=True)
         for name in sorted(self._opening):
             if self._closed:

@@ -1,8 +1,11 @@
 """The one way into a map: frames are checked, journaled, applied and acknowledged, in the order they came.
 
-Two threads per map. *Intake* checks frames and writes all that wait to the journal under one fdatasync. *Apply*
-inserts them into the map, already while the disk still writes; nothing is shown to readers or acknowledged as applied
-before it is both on disk and in the map.
+Two roles, played by two threads per map. *Intake* checks frames and writes all that wait to the journal under one
+fdatasync. *Apply* inserts them into the map, already while the disk still writes; nothing is shown to readers or
+acknowledged as applied before it is both on disk and in the map.
+
+Where the sender waits for the insertion and nothing else is being applied, the threads swap roles: the one that checked
+the scan goes straight on to insert it, and the other one wakes up to write it and to check what comes next.
 """
 
 from __future__ import annotations
@@ -10,21 +13,24 @@ from __future__ import annotations
 import logging
 import threading
 import uuid
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from queue import Empty, SimpleQueue
 
 from rayvox import OccupancyMap
 
 from rayvox_service import map_operation, scan
 from rayvox_service.byte_budget import ByteBudget
-from rayvox_service.frame import Bytes, Frame, FrameLimits, decode_frame
+from rayvox_service.frame import Bytes
 from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
-from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission
+from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission, Wait
+from rayvox_service.submission_check import SubmissionCheck, WriterLimits
 from rayvox_service.waiters import Waiters, settle, settle_error
 
 MAX_GROUP = 64
@@ -32,14 +38,15 @@ MAX_GROUP_BYTES = 64 << 20
 
 log = logging.getLogger(__name__)
 
+# One step of a thread's work; returns the next one, None at the end.
+_Step = Callable[[], "_Step | None"]
+
 
 @dataclass(frozen=True, slots=True)
-class WriterLimits:
-    """`queue_bytes` bounds frames and prepared scans that are not yet applied."""
+class _Swap:
+    """For the thread that applies: write these entries, which the other one goes on to insert, and be intake."""
 
-    frame: FrameLimits
-    max_points: int
-    queue_bytes: int
+    entries: list[Entry]
 
 
 class MapWriter:
@@ -57,19 +64,25 @@ class MapWriter:
         reload: Callable[[int], OccupancyMap],
         on_applied: Callable[[int, int], None],
     ) -> None:
-        self._published, self._journal, self._ledger, self._limits = published, journal, ledger, limits
+        self._published, self._journal, self._ledger = published, journal, ledger
         self._reload, self._on_applied = reload, on_applied
+        self._submission_check = SubmissionCheck(published, ledger, limits)
         self._lock = threading.Lock()
         self._budget = ByteBudget(limits.queue_bytes)
         self._closed: Problem | None = None
         self._broken: Problem | None = None
         self._inbox: SimpleQueue[Submission | None] = SimpleQueue()
-        self._outbox: SimpleQueue[Entry | None] = SimpleQueue()
+        self._outbox: SimpleQueue[Entry | _Swap | None] = SimpleQueue()
+        # Each is changed by one role only; equal when nothing is being applied.
+        self._handed_over = self._applied_or_failed = 0
         self.last_sequence = journal.next_sequence - 1
         self.scans_applied = len(ledger)
         self.applied = Waiters(self.last_sequence)
         self.revision = Waiters(published.revision)
-        self._threads = [threading.Thread(target=run, daemon=True) for run in (self._run_intake, self._run_apply)]
+        self._threads = [
+            threading.Thread(target=self._run, args=(step,), daemon=True)
+            for step in (self._take_in, partial(self._apply_next, deque()))
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -89,12 +102,11 @@ class MapWriter:
             raise refusal
         self._budget.check_room(nbytes)
 
-    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None) -> Submission:
-        """Queue one scan frame. Raises Problem overloaded, or the reason why the map takes nothing any more."""
-        return self._submit(Submission(scan.KIND, data, scan_id))
+    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None, wait: Wait = "journaled") -> Submission:
+        return self.submit(Submission(scan.KIND, data, scan_id, wait))
 
     def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
-        return self._submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None))
+        return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None, wait="applied"))
 
     def close(self, refusal: Problem, *, drain: bool) -> None:
         """Refuse new frames, finish (`drain`) or refuse those that were taken, stop both threads. Once is enough."""
@@ -114,7 +126,8 @@ class MapWriter:
         self.revision.fail(refusal)
         self._journal.close()
 
-    def _submit(self, submission: Submission) -> Submission:
+    def submit(self, submission: Submission) -> Submission:
+        """Queue it. Raises Problem overloaded, or the reason why the map takes nothing any more."""
         # Under the lock, so that nothing is queued behind the mark that ends the threads.
         with self._lock:
             refusal = self._broken or self._closed
@@ -130,74 +143,69 @@ class MapWriter:
         settle_error(submission.journaled, problem)
         settle_error(submission.applied, problem)
 
+    @staticmethod
+    def _run(first: _Step) -> None:
+        # Between two steps nothing holds on to a scan.
+        step: _Step | None = first
+        while step is not None:
+            step = step()
+
     # Intake
 
-    def _run_intake(self) -> None:
-        running = True
-        while running:
-            waiting = [self._inbox.get()]
-            try:
-                while len(waiting) < MAX_GROUP and sum(len(s.data) for s in waiting if s) < MAX_GROUP_BYTES:
-                    waiting.append(self._inbox.get_nowait())
-            except Empty:
-                pass
-            running = None not in waiting
-            entries = self._check_all([submission for submission in waiting if submission is not None])
-            if entries:
-                self._commit(entries)
+    def _take_in(self) -> _Step | None:
+        submissions, closing = self._next_submissions()
+        entries = self._check_all(submissions)
+        for sequence, entry in enumerate(entries, self._journal.next_sequence):
+            entry.sequence = sequence
+        may_swap = self._handed_over == self._applied_or_failed and not closing
+        self._handed_over += len(entries)
+        if entries and may_swap and all(entry.submission.wait == "applied" for entry in entries):
+            self._outbox.put(_Swap(entries))
+            return partial(self._apply_next, deque(entries))
+        # Insertion starts while the record is still being written; see _apply for when the disk refuses.
+        for entry in entries:
+            self._outbox.put(entry)
+        if entries:
+            self._commit(entries)
+        if not closing:
+            return self._take_in
         self._outbox.put(None)
+        return None
+
+    def _next_submissions(self) -> tuple[list[Submission], bool]:
+        """All that wait, at least one; and whether the mark that ends the threads was among them."""
+        waiting = [self._inbox.get()]
+        try:
+            while len(waiting) < MAX_GROUP and sum(len(s.data) for s in waiting if s) < MAX_GROUP_BYTES:
+                waiting.append(self._inbox.get_nowait())
+        except Empty:
+            pass
+        return [submission for submission in waiting if submission is not None], None in waiting
 
     def _check_all(self, submissions: list[Submission]) -> list[Entry]:
         group = CommitGroup()
         entries: list[Entry] = []
         for submission in submissions:
             try:
-                entry = self._check(submission, group, entries)
+                if self._broken is not None:
+                    raise self._broken
+                found = self._submission_check.check(submission, group, entries)
             except Exception as error:
                 self._reject(submission, error)
+                continue
+            if isinstance(found, ScanEntry):
+                self._answer_retry(submission, found.sequence)
+            elif found.submission is submission:
+                self._budget.change(submission, found.operation.nbytes)
+                entries.append(found)
             else:
-                entries += [entry] if entry is not None else []
+                found.retries.append(submission)
         return entries
-
-    def _check(self, submission: Submission, group: CommitGroup, earlier: list[Entry]) -> Entry | None:
-        """An entry to journal, or None for a scan that was seen before."""
-        if self._broken is not None:
-            raise self._broken
-        frame = decode_frame(submission.data, self._limits.frame)
-        if frame.kind != submission.kind:
-            raise Problem("invalid-input", f"a {submission.kind} frame is needed, this one is {frame.kind[:60]!r}")
-        if frame.kind == scan.KIND and self._is_retry(submission, frame, earlier):
-            return None
-        operation = map_operation.parse_operation(frame, self._published.unchanging(), self._limits.max_points)
-        self._budget.change(submission, operation.nbytes)
-        return Entry(submission, operation, group, frame.crc32c, frame.nbytes)
-
-    def _is_retry(self, submission: Submission, frame: Frame, earlier: list[Entry]) -> bool:
-        scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
-        if submission.scan_id not in (None, scan_id):
-            raise Problem("invalid-input", f"the frame's scan_id {scan_id} is not the address's {submission.scan_id}")
-        submission.scan_id = scan_id
-        known = self._ledger.get(scan_id)
-        if known is not None:
-            _check_same_bytes(known, frame, scan_id)
-            self._answer_retry(submission, known.sequence)
-            return True
-        for entry in earlier:
-            if entry.submission.scan_id == scan_id:
-                _check_same_bytes(ScanEntry(0, entry.crc32c, entry.nbytes), frame, scan_id)
-                entry.retries.append(submission)
-                return True
-        return False
 
     def _commit(self, entries: list[Entry]) -> None:
         group = entries[0].group
         try:
-            # Insertion starts while the record is still being written; see _apply for when the disk refuses.
-            frames = [entry.submission.data for entry in entries]
-            for sequence, entry in enumerate(entries, self._journal.next_sequence):
-                entry.sequence = sequence
-                self._outbox.put(entry)
-            self._journal.write(frames)
+            self._journal.write([entry.submission.data for entry in entries])
             self._journal.sync()
             self._remember(entries)
         except Exception as error:
@@ -242,14 +250,22 @@ class MapWriter:
 
     # Apply
 
-    def _run_apply(self) -> None:
-        while (entry := self._outbox.get()) is not None:
-            try:
-                if self._broken is not None:
-                    raise self._broken
-                self._apply(entry)
-            except Exception as error:
-                self._give_up(entry, error)
+    def _apply_next(self, own: deque[Entry]) -> _Step | None:
+        """`own` are this thread's entries since a swap; only then come those of the outbox."""
+        item = own.popleft() if own else self._outbox.get()
+        if item is None:
+            return None
+        if isinstance(item, _Swap):
+            self._commit(item.entries)
+            return self._take_in
+        try:
+            if self._broken is not None:
+                raise self._broken
+            self._apply(item)
+        except Exception as error:
+            self._give_up(item, error)
+        self._applied_or_failed += 1
+        return partial(self._apply_next, own)
 
     def _apply(self, entry: Entry) -> None:
         if entry.group.failed:
@@ -282,8 +298,3 @@ class MapWriter:
         self.revision.fail(self._broken)
         settle_error(entry.submission.applied, self._broken)
         self._budget.release(entry.submission)
-
-
-def _check_same_bytes(known: ScanEntry, frame: Frame, scan_id: uuid.UUID) -> None:
-    if not known.same_bytes(frame.crc32c, frame.nbytes):
-        raise Problem("scan-conflict", f"scan {scan_id} was sent before with other bytes", scan_id=str(scan_id))

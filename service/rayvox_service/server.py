@@ -12,6 +12,7 @@ import uvicorn
 from rayvox_service.app import create_app
 from rayvox_service.map_store import MapStore
 from rayvox_service.settings import Settings
+from rayvox_service.whole_body import WholeBodyProtocol
 
 # Threads of the interpreter hand over after this time at the latest. The default of 5 ms would show in every answer.
 SWITCH_INTERVAL_S = 0.0005
@@ -48,7 +49,7 @@ def serve(settings: Settings) -> None:
     config = uvicorn.Config(
         create_app(settings, store),
         loop="uvloop",
-        http="httptools",
+        http=WholeBodyProtocol,
         ws="websockets-sansio",
         ws_max_size=settings.max_body_bytes,
         # Point clouds do not shrink under deflate, they only cost time.

@@ -36,10 +36,18 @@ class Service:
             reached = hosted.writer.revision.reached(min_revision)
             await self.wait(reached, timeout_s, f"revision {min_revision} was not reached")
 
-    async def wait(self, future: Future[T], timeout_s: float | None, what: str) -> T:
+    async def wait(
+        self, future: Future[T], timeout_s: float | None, what: str, begin: Callable[[], object] | None = None
+    ) -> T:
+        """The future's result. `begin` starts what will set it: last, so that the thread which that wakes up finds the
+        interpreter free. Raises Problem timeout."""
         limit_s = min(timeout_s or self.settings.wait_s, self.settings.wait_s)
+        waiting = asyncio.wrap_future(future)
         try:
-            return await asyncio.wait_for(asyncio.wrap_future(future), limit_s)
+            async with asyncio.timeout(limit_s):
+                if begin is not None:
+                    begin()
+                return await waiting
         except TimeoutError:
             raise Problem("timeout", f"{what} within {limit_s:g} s") from None
 

@@ -11,6 +11,8 @@ from typing import Any, Literal
 from rayvox_service.frame import Bytes
 from rayvox_service.map_operation import Operation
 
+Wait = Literal["journaled", "applied"]
+
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
@@ -18,7 +20,7 @@ class Receipt:
 
     scan_id: uuid.UUID | None
     sequence: int
-    status: Literal["journaled", "applied"]
+    status: Wait
     revision: int | None
     duplicate: bool
     statistics: dict[str, Any] | None = None
@@ -38,12 +40,14 @@ class Receipt:
 class Submission:
     """A frame that has to be of kind `kind`. `scan_id` is what the sender promised, or what was found in the frame.
 
-    Either future may fail with a Problem. `reserved` are the bytes it holds of the map's queue.
+    Both futures come to a receipt or a Problem; `wait` says which one the sender waits for. `reserved` are the bytes
+    that it holds of the map's queue.
     """
 
     kind: str
     data: Bytes
     scan_id: uuid.UUID | None
+    wait: Wait = "journaled"
     reserved: int = 0
     journaled: Future[Receipt] = field(default_factory=Future)
     applied: Future[Receipt] = field(default_factory=Future)

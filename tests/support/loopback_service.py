@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import socket
+import ssl
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -65,9 +66,9 @@ class Seen:
 
 
 class LoopbackService:
-    """One map store on a free port of 127.0.0.1; a context manager."""
+    """One map store on a free port of 127.0.0.1, behind TLS where a context for it is given; a context manager."""
 
-    def __init__(self, max_in_flight: int = 4) -> None:
+    def __init__(self, max_in_flight: int = 4, tls: ssl.SSLContext | None = None) -> None:
         self.max_in_flight = max_in_flight
         self.scans: dict[str, dict[str, bytes]] = {}
         self.settings: dict[str, dict[str, object]] = {}
@@ -80,7 +81,8 @@ class LoopbackService:
         self.hold_acks = False
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._open: list[socket.socket] = []
-        self.url = f"http://127.0.0.1:{self._listener.getsockname()[1]}"
+        self._tls = tls
+        self.url = f"{'http' if tls is None else 'https'}://127.0.0.1:{self._listener.getsockname()[1]}"
 
     def __enter__(self) -> Self:
         threading.Thread(target=self._accept, daemon=True).start()
@@ -107,6 +109,8 @@ class LoopbackService:
 
     def _serve(self, connection: socket.socket) -> None:
         try:
+            if self._tls is not None:
+                connection = self._tls.wrap_socket(connection, server_side=True)
             with connection, connection.makefile("rb") as reader:
                 while self._serve_one(connection, reader.readline, reader.read):
                     pass

@@ -74,7 +74,7 @@ class AsyncByteStream:
         self._where = where
         self._timeout_s = timeout_s
 
-    async def send(self, parts: Sequence[bytes]) -> None:
+    async def send(self, parts: Sequence[bytes | memoryview]) -> None:
         try:
             # Not writelines(): it joins its parts, another copy of the scan.
             for part in parts:

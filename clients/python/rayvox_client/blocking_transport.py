@@ -72,12 +72,23 @@ class BlockingByteStream:
         self._socket = connected
         self._where = where
 
-    async def send(self, parts: Sequence[bytes]) -> None:
+    async def send(self, parts: Sequence[bytes | memoryview]) -> None:
         try:
-            for part in parts:
-                self._socket.sendall(part)
+            if isinstance(self._socket, ssl.SSLSocket):
+                for part in parts:
+                    self._socket.sendall(part)
+            else:
+                self._send_together([memoryview(part) for part in parts if len(part)])
         except OSError as error:
             raise ConnectionFailedError(f"sending to {self._where} failed: {error}") from error
+
+    def _send_together(self, views: list[memoryview]) -> None:
+        while views:
+            sent = self._socket.sendmsg(views)
+            while views and sent >= len(views[0]):
+                sent -= len(views.pop(0))
+            if sent:
+                views[0] = views[0][sent:]
 
     async def receive(self) -> bytes:
         try:

@@ -30,6 +30,8 @@ class Endpoint:
     @classmethod
     def parse(cls, url: str, api_key: str | None) -> Endpoint:
         """Read `http://host:port/prefix` or `https://...`; InvalidInputError for anything else."""
+        if not (url.isascii() and url.isprintable() and " " not in url):
+            raise InvalidInputError(f"url = {url!r} must be printable ASCII without spaces")
         try:
             parts = urlsplit(url)
             port = parts.port

@@ -8,6 +8,13 @@ from collections.abc import Mapping
 from rayvox_client.errors import MalformedAnswerError
 
 
+def _refuse_constant(text: str) -> float:
+    raise ValueError(f"{text} is no JSON number")
+
+
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
+
+
 class Fields:
     """A JSON object whose fields are checked when they are read.
 
@@ -24,7 +31,7 @@ class Fields:
     def parse(cls, data: bytes | str, where: str) -> Fields:
         """Read a JSON object; NaN and Infinity are refused as RFC 8259 does."""
         try:
-            value = json.loads(data, parse_constant=_refuse_constant)
+            value = _DECODER.decode(data if isinstance(data, str) else data.decode())
         except (ValueError, RecursionError) as error:
             raise MalformedAnswerError(f"{where} is not JSON: {error}") from error
         if not isinstance(value, dict):
@@ -78,7 +85,3 @@ class Fields:
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             raise self._wrong(name, "a list of objects")
         return [Fields(item, f"{self.where}.{name}[{i}]") for i, item in enumerate(value)]
-
-
-def _refuse_constant(text: str) -> float:
-    raise ValueError(f"{text} is no JSON number")

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import prod
 from typing import Any, Literal
 
@@ -23,6 +23,7 @@ MEDIA_TYPE = "application/vnd.rayvox.frame"
 MAX_EXPANDED_BYTES = 4 << 30
 Compression = Literal["zstd"] | None
 
+_ENCODER = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=False)
 _PREFIX = struct.Struct("<4sIQII")
 _MAGIC = b"RVX1"
 _ALIGNMENT = 64
@@ -61,10 +62,45 @@ class Frame:
         return value
 
 
+@dataclass(frozen=True, eq=False)
+class OutgoingFrame:
+    """A frame laid out to be sent. Its arrays are the caller's own, not copied; they are summed when `parts` is called.
+
+    Attributes:
+        header_bytes: length of the header without its padding.
+        content: everything behind the frame's prefix, in order.
+    """
+
+    header_bytes: int
+    content: Sequence[bytes | NDArray[np.uint8]] = field(repr=False)
+
+    def __len__(self) -> int:
+        return _PREFIX.size + sum(map(len, self.content))
+
+    def parts(self) -> list[bytes | memoryview]:
+        """The frame as buffers to be sent one after the other."""
+        crc = 0
+        for part in self.content:
+            crc = google_crc32c.extend(crc, part)
+        prefix = _PREFIX.pack(_MAGIC, self.header_bytes, len(self), crc, 0)
+        return [prefix, *(part if isinstance(part, bytes) else part.data for part in self.content)]
+
+    def to_bytes(self) -> bytes:
+        """The frame as one copy."""
+        return b"".join(self.parts())
+
+
 def encode_frame(
     kind: str, fields: Mapping[str, object], payloads: Mapping[str, NDArray[Any]], compression: Compression = None
 ) -> bytes:
-    """Build a frame; the arrays are copied once, into the result.
+    """Build a frame; otherwise as `lay_out_frame`."""
+    return lay_out_frame(kind, fields, payloads, compression).to_bytes()
+
+
+def lay_out_frame(
+    kind: str, fields: Mapping[str, object], payloads: Mapping[str, NDArray[Any]], compression: Compression = None
+) -> OutgoingFrame:
+    """A frame that is complete but for its checksum.
 
     Raises:
         InvalidInputError: a dtype that the frame cannot carry, or a header value that is not JSON.
@@ -83,17 +119,14 @@ def encode_frame(
         entries[-1] |= {"nbytes": body.nbytes, "encoding": compression or "raw"}
         bodies.append(body)
     header, data_start = _header(kind, fields, entries)
-    parts: list[Any] = [header.ljust(data_start - _PREFIX.size, b"\0")]
+    content: list[bytes | NDArray[np.uint8]] = [header.ljust(data_start - _PREFIX.size, b"\0")]
     position = data_start
     for body in bodies:
         if gap := -position % _ALIGNMENT:
-            parts.append(bytes(gap))
-        parts.append(body)
+            content.append(bytes(gap))
+        content.append(body)
         position += gap + body.nbytes
-    crc = 0
-    for part in parts:
-        crc = google_crc32c.extend(crc, part)
-    return b"".join([_PREFIX.pack(_MAGIC, len(header), position, crc, 0), *parts])
+    return OutgoingFrame(len(header), content)
 
 
 def _header(kind: str, fields: Mapping[str, object], entries: list[dict[str, object]]) -> tuple[bytes, int]:
@@ -106,12 +139,7 @@ def _header(kind: str, fields: Mapping[str, object], entries: list[dict[str, obj
             entry["offset"] = position
             position += int(str(entry["nbytes"]))
         try:
-            text = json.dumps(
-                {"kind": kind, **fields, "payloads": entries},
-                allow_nan=False,
-                separators=(",", ":"),
-                ensure_ascii=False,
-            )
+            text = _ENCODER.encode({"kind": kind, **fields, "payloads": entries})
         except (TypeError, ValueError) as error:
             raise InvalidInputError(f"a {kind} frame cannot carry its header: {error}") from error
         header = text.encode()

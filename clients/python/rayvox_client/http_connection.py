@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import h11
+from contextlib import suppress
+
+import httptools
 
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import ConnectionFailedError, RayvoxClientError
@@ -18,56 +20,40 @@ class HttpConnection:
     def __init__(self, stream: ByteStream, endpoint: Endpoint) -> None:
         self._stream = stream
         self._endpoint = endpoint
-        self._protocol = h11.Connection(h11.CLIENT)
+        self.is_reusable = True
 
     async def exchange(self, request: HttpRequest) -> HttpResponse:
         """Send a request and read its answer whole; ConnectionFailedError when the connection breaks."""
-        try:
+        self.is_reusable = False
+        # A service that refuses early answers and closes while the body is still going out.
+        with suppress(ConnectionFailedError):
+            await self._send(request)
+        answer = IncomingAnswer()
+        while answer.response is None:
             try:
-                await self._stream.send(self._serialise(request))
-            except ConnectionFailedError:
-                # A service that refuses early answers and closes while the body is still going out.
-                return await self._read_response()
-            return await self._read_response()
-        except h11.RemoteProtocolError as error:
-            raise ConnectionFailedError(f"{self._endpoint.url} broke off its answer: {error}") from error
+                answer.feed(await self._stream.receive())
+            except (httptools.HttpParserError, EOFError) as error:
+                raise ConnectionFailedError(f"{self._endpoint.url} broke off its answer: {error}") from error
+        self.is_reusable = answer.keeps_alive
+        return answer.response
 
-    def _serialise(self, request: HttpRequest) -> list[bytes]:
+    async def _send(self, request: HttpRequest) -> None:
+        head = self._head(request)
+        if isinstance(request.body, bytes):
+            await self._stream.send([head, request.body])
+        else:
+            # The head goes ahead: the service looks up where the frame belongs while its checksum is made.
+            await self._stream.send([head])
+            await self._stream.send(request.body.parts())
+
+    def _head(self, request: HttpRequest) -> bytes:
         headers = [("Host", self._endpoint.authority), *self._endpoint.headers, ("Accept", "*/*")]
         if request.media_type is not None:
             headers.append(("Content-Type", request.media_type))
-        if request.body or request.method in ("PUT", "POST"):
+        if len(request.body) or request.method in ("PUT", "POST"):
             headers.append(("Content-Length", str(len(request.body))))
-        head = self._protocol.send(h11.Request(method=request.method, target=request.target, headers=headers))
-        parts = [head] if head else []
-        if request.body:
-            # The passthrough hands back the very same bytes, uncopied.
-            parts += self._protocol.send_with_data_passthrough(h11.Data(data=request.body)) or []
-        self._protocol.send(h11.EndOfMessage())
-        return parts
-
-    async def _read_response(self) -> HttpResponse:
-        status, headers, chunks = 0, {}, list[bytes]()
-        while True:
-            event = self._protocol.next_event()
-            if event is h11.NEED_DATA:
-                self._protocol.receive_data(await self._stream.receive())
-            elif isinstance(event, h11.Response):
-                status = event.status_code
-                headers = {name.decode("ascii"): value.decode("latin-1") for name, value in event.headers}
-            elif isinstance(event, h11.Data):
-                chunks.append(bytes(event.data))
-            elif isinstance(event, h11.EndOfMessage):
-                return HttpResponse(status, headers, chunks[0] if len(chunks) == 1 else b"".join(chunks))
-            elif not isinstance(event, h11.InformationalResponse):
-                raise ConnectionFailedError(f"{self._endpoint.url} closed the connection without an answer")
-
-    def recycle(self) -> bool:
-        """Make ready for the next request; False when the connection cannot serve one."""
-        if self._protocol.our_state is not h11.DONE or self._protocol.their_state is not h11.DONE:
-            return False
-        self._protocol.start_next_cycle()
-        return True
+        lines = [f"{request.method} {request.target} HTTP/1.1", *(f"{name}: {value}" for name, value in headers)]
+        return "\r\n".join([*lines, "", ""]).encode("ascii")
 
     def is_stale(self) -> bool:
         """Whether the service closed this idle connection."""
@@ -76,6 +62,57 @@ class HttpConnection:
     def close(self) -> None:
         """Close the socket."""
         self._stream.close()
+
+
+class IncomingAnswer:
+    """One HTTP/1.1 answer as it arrives.
+
+    Attributes:
+        response: the answer once its last byte has arrived, None before.
+        keeps_alive: whether the connection then takes another request.
+    """
+
+    def __init__(self) -> None:
+        self.response: HttpResponse | None = None
+        self.keeps_alive = False
+        self._headers: dict[str, str] = {}
+        self._chunks: list[bytes] = []
+        self._ends_with_connection = False
+        self._parser = httptools.HttpResponseParser(self)
+
+    def feed(self, data: bytes) -> None:
+        """The next bytes, none at the end of the connection. Raises EOFError, httptools.HttpParserError."""
+        if data:
+            self._parser.feed_data(data)
+        elif self._ends_with_connection:
+            self.on_message_complete()
+        else:
+            raise EOFError("the connection was closed")
+
+    # Called by the parser
+
+    def on_message_begin(self) -> None:
+        # After the answer: one that nobody asked for.
+        self.keeps_alive = False
+        self._headers, self._chunks = {}, []
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        self._headers[name.decode("ascii").lower()] = value.decode("latin-1")
+
+    def on_headers_complete(self) -> None:
+        self._ends_with_connection = self._headers.keys().isdisjoint({"content-length", "transfer-encoding"})
+
+    def on_body(self, body: bytes) -> None:
+        self._chunks.append(body)
+
+    def on_message_complete(self) -> None:
+        status = self._parser.get_status_code()
+        # What is below 200 only informs, before the answer.
+        if status >= 200 and self.response is None:
+            body = self._chunks[0] if len(self._chunks) == 1 else b"".join(self._chunks)
+            self.response = HttpResponse(status, self._headers, body)
+            self.keeps_alive = self._parser.should_keep_alive()
+        self._ends_with_connection = False
 
 
 class HttpPool:
@@ -95,7 +132,7 @@ class HttpPool:
         except BaseException:
             connection.close()
             raise
-        if connection.recycle() and len(self._idle) < MAX_IDLE and not self._closed:
+        if connection.is_reusable and len(self._idle) < MAX_IDLE and not self._closed:
             self._idle.append(connection)
         else:
             connection.close()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rayvox_client.errors import MalformedAnswerError, ServiceError, service_error
 from rayvox_client.fields import Fields
-from rayvox_client.frame import Frame, decode_frame
+from rayvox_client.frame import Frame, OutgoingFrame, decode_frame
 from rayvox_client.retry import parse_retry_after
 
 PROBLEM_PREFIX = "urn:rayvox:problem:"
@@ -15,11 +15,11 @@ PROBLEM_PREFIX = "urn:rayvox:problem:"
 
 @dataclass(frozen=True)
 class HttpRequest:
-    """One request; `body` is sent as it is."""
+    """One request; `body` is sent as it is, a frame without being copied together."""
 
     method: str
     target: str
-    body: bytes = field(default=b"", repr=False)
+    body: bytes | OutgoingFrame = field(default=b"", repr=False)
     media_type: str | None = None
 
 

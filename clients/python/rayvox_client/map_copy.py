@@ -59,6 +59,10 @@ class MapCopy:
             return np.zeros(len(self._codes), np.bool_)
         starts = morton_codes(changes.region_keys, changes.depth)
         ends = starts + node_cells(changes.region_depth, changes.depth)
+        # A region within one larger leaf holds no leaf; it could only be mistaken for one that starts at the same cell.
+        first = np.minimum(np.searchsorted(self._codes, starts), len(self._codes) - 1)
+        within_leaf = (self._codes[first] == starts) & (self.leaf_depth[first] < changes.region_depth)
+        starts, ends = starts[~within_leaf], ends[~within_leaf]
         # +1 where a region's leaves begin, -1 where they end: above zero means inside some region.
         marks = np.zeros(len(self._codes) + 1, np.int64)
         np.add.at(marks, np.searchsorted(self._codes, starts), 1)

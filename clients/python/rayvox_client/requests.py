@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from rayvox_client import validation
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import InvalidInputError
-from rayvox_client.frame import MEDIA_TYPE, Compression, encode_frame
+from rayvox_client.frame import MEDIA_TYPE, Compression, lay_out_frame
 from rayvox_client.http_message import HttpRequest
 from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import PosedScan
@@ -50,7 +50,7 @@ class Requests:
         if wait not in ("applied", "journaled"):
             raise InvalidInputError(f"wait = {wait!r} is neither 'applied' nor 'journaled'")
         target = self._endpoint.map_target(name, f"scans/{scan.scan_id}", wait=wait)
-        return HttpRequest("PUT", target, scan.to_frame(compression), MEDIA_TYPE)
+        return HttpRequest("PUT", target, scan.lay_out_frame(compression), MEDIA_TYPE)
 
     def points(
         self, name: str, points: ArrayLike, depth: int | None, min_revision: int | None
@@ -125,7 +125,7 @@ class Requests:
         min_revision: int | None,
     ) -> HttpRequest:
         target = self._endpoint.map_target(name, kind, min_revision=min_revision)
-        return HttpRequest("POST", target, encode_frame(kind, fields, payloads), MEDIA_TYPE)
+        return HttpRequest("POST", target, lay_out_frame(kind, fields, payloads), MEDIA_TYPE)
 
     @staticmethod
     def _json(method: str, target: str, body: Mapping[str, object]) -> HttpRequest:

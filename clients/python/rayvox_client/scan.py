@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client import validation
 from rayvox_client.errors import InvalidInputError
-from rayvox_client.frame import Compression, encode_frame
+from rayvox_client.frame import Compression, OutgoingFrame, lay_out_frame
 from rayvox_client.intrinsics import Intrinsics
 
 
@@ -81,6 +81,10 @@ class PosedScan(ABC):
 
     def to_frame(self, compression: Compression = None) -> bytes:
         """The scan as one binary frame; the arrays are copied once, into it."""
+        return self.lay_out_frame(compression).to_bytes()
+
+    def lay_out_frame(self, compression: Compression = None) -> OutgoingFrame:
+        """The scan as a frame that refers to the scan's own arrays, for sending."""
         fields: dict[str, object] = {
             "scan_id": self.scan_id,
             "T_map_sensor": self.T_map_sensor.ravel().tolist(),
@@ -92,7 +96,7 @@ class PosedScan(ABC):
         measured_fields, payloads = self._measured()
         if self.no_return is not None and len(self.no_return):
             payloads["no_return"] = self.no_return
-        return encode_frame("scan", fields | measured_fields, payloads, compression)
+        return lay_out_frame("scan", fields | measured_fields, payloads, compression)
 
     def __repr__(self) -> str:
         position = ", ".join(f"{x:.3f}" for x in self.T_map_sensor[:3, 3])

@@ -25,7 +25,7 @@ _FATAL_CLOSE_CODES = {1003: "unsupported data", 1007: "invalid data", 1008: "pol
 class ByteStream(Protocol):
     """A connected socket. Every method raises ConnectionFailedError when the connection breaks or time runs out."""
 
-    async def send(self, parts: Sequence[bytes]) -> None: ...
+    async def send(self, parts: Sequence[bytes | memoryview]) -> None: ...
 
     async def receive(self) -> bytes:
         """The next bytes; empty at the end of the stream."""

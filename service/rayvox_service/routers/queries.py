@@ -21,7 +21,7 @@ from rayvox_service.queries import (
     rows_of_frame,
     rows_of_json,
 )
-from rayvox_service.request_body import JSON, check_fields, media_type, parse_json, read_body
+from rayvox_service.request_body import JSON, RequestBody, check_fields, parse_json
 from rayvox_service.service import map_of, service_of
 from rayvox_service.settings import Settings
 
@@ -51,9 +51,10 @@ async def rays(request: Request, min_revision: MinRevision = None, timeout_s: Ti
 
 async def _answer(request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:
     service, hosted = service_of(request), map_of(request)
-    media = media_type(request, (JSON, frame.MEDIA_TYPE))
-    settings = service.settings
-    body = await read_body(request, settings.max_json_bytes if media == JSON else settings.max_body_bytes)
+    settings, incoming = service.settings, RequestBody(request.scope, request.receive)
+    media = incoming.media_type((JSON, frame.MEDIA_TYPE))
+    max_bytes = settings.max_json_bytes if media == JSON else settings.max_body_bytes
+    body = await incoming.read(max_bytes, settings.body_timeout_s)
     await service.await_revision(hosted, min_revision, timeout_s)
     content = await service.query(lambda: _compute(hosted, query, media, body, settings))
     return Response(content, media_type=media)

@@ -66,9 +66,9 @@ def test_queries_are_encoded_to_the_golden_bytes() -> None:
     boxes, _ = REQUESTS.boxes("m", [[-1, -1, 0]], [[1, 1, 2]], None)
     origin, direction = np.array([[0, 0, 1]], np.float32), np.array([[1, 0, 0]], np.float32)
     rays, _ = REQUESTS.rays("m", origin, direction, 12.5, "occupied", None)
-    assert points.body == golden("points")
-    assert boxes.body == golden("boxes")
-    assert rays.body == golden("rays")
+    assert points.body.to_bytes() == golden("points")
+    assert boxes.body.to_bytes() == golden("boxes")
+    assert rays.body.to_bytes() == golden("rays")
 
 
 def test_golden_answers_are_read() -> None:

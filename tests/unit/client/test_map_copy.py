@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from rayvox_client import InvalidInputError, MalformedAnswerError, MapChanges, MapCopy, OutOfStepError
@@ -70,6 +70,7 @@ def rewrites(draw: st.DrawFn) -> tuple[list[Node], dict[Node, float]]:
 
 
 @settings(max_examples=200)
+@example([([(0, 0, -4, 3)], {(0, 0, -2, 4): 0.0}), ([(0, 0, -2, 5)], {})])  # a region smaller than the leaf it lies in
 @given(st.lists(rewrites(), min_size=1, max_size=6))
 def test_a_copy_holds_what_a_dictionary_would(steps: list[tuple[list[Node], dict[Node, float]]]) -> None:
     copy, expected = MapCopy(), dict[Node, float]()

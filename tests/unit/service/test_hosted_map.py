@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import tempfile
 import threading
 import uuid
 from collections.abc import Callable, Iterator
@@ -10,13 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rayvox import OccupancyMap
 from rayvox_service.hosted_map import HostedMap, MapOpenError
 from rayvox_service.journal import list_segments
 from rayvox_service.map_config import MapConfig, write_map_config
 from rayvox_service.problems import Problem
 from rayvox_service.settings import Settings
-from rayvox_service.submission import Receipt
+from rayvox_service.submission import Receipt, Submission, Wait
+from rayvox_service.submission_check import SubmissionCheck
 
 from tests.support.service_process import leaf_dict, scan_frame, some_points
 
@@ -361,3 +365,55 @@ def test_closing_with_drain_finishes_what_was_taken(open_map: Opener) -> None:
     assert again.info()["scans_applied"] == 10
     with pytest.raises(Problem, match="the test is over"):
         hosted.writer.submit_scan(scan_frame(some_points(1))[1])
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["scan", "awaited scan", "clear", "bad"]), st.booleans()), min_size=1, max_size=30
+    )
+)
+def test_records_are_applied_in_order_while_the_threads_swap_roles(submitted: list[tuple[str, bool]]) -> None:
+    """Scans, clears and bad frames, each in a burst with the one before or after a pause; some are waited for."""
+    expected, taken = OccupancyMap(RESOLUTION_M), list[Submission]()
+    with tempfile.TemporaryDirectory() as folder:
+        config = MapConfig(name="lab", resolution_m=RESOLUTION_M)
+        hosted = HostedMap(Path(folder), config, Settings(data_dir=Path(folder), fsync=False))
+        for seed, (kind, after_a_pause) in enumerate(submitted):
+            if after_a_pause and taken:
+                taken[-1].applied.result(20)
+            if kind in ("scan", "awaited scan"):
+                wait: Wait = "applied" if kind == "awaited scan" else "journaled"
+                taken.append(hosted.writer.submit_scan(scan_frame(some_points(seed))[1], wait=wait))
+                expected.insert_scan(some_points(seed))
+            elif kind == "clear":
+                taken.append(hosted.writer.submit_clear((-3.0, -3.0, -3.0), (1.0, 2.0, 3.0)))
+                expected.clear_box((-3.0, -3.0, -3.0), (1.0, 2.0, 3.0))
+            else:
+                assert hosted.writer.submit_scan(b"no frame").applied.exception(20) is not None
+        sequences = [submission.applied.result(20).sequence for submission in taken]
+        assert sequences == list(range(1, len(taken) + 1))
+        assert leaves(hosted) == leaf_dict(*expected.leaves())
+        hosted.close(STOPPING, drain=True)
+
+
+def test_a_scan_that_is_waited_for_is_inserted_by_the_thread_that_checked_it(
+    open_map: Opener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hosted = open_map()
+    checked, inserted = list[int](), list[int]()
+    check, insert_prepared = SubmissionCheck.check, OccupancyMap.insert_prepared
+
+    def noted_check(*arguments: Any) -> Any:
+        checked.append(threading.get_ident())
+        return check(*arguments)
+
+    def noted_insert(*arguments: Any) -> Any:
+        inserted.append(threading.get_ident())
+        return insert_prepared(*arguments)
+
+    monkeypatch.setattr(SubmissionCheck, "check", noted_check)
+    monkeypatch.setattr(OccupancyMap, "insert_prepared", noted_insert)
+    for seed in (1, 2):
+        hosted.writer.submit_scan(scan_frame(some_points(seed))[1], wait="applied").applied.result(20)
+    assert inserted[0] == checked[0] != checked[1]

@@ -79,3 +79,14 @@ def test_maps_that_are_still_being_restored_say_so(store: MapStore, tmp_path: Pa
     finally:
         again.stop_opening()
         again.close()
+
+
+def test_start_up_removes_what_a_crash_left_behind_and_not_what_is_under_way(tmp_path: Path) -> None:
+    for name in ("staging/old", "trash/old"):
+        (tmp_path / name).mkdir(parents=True)
+    store = MapStore(Settings(data_dir=tmp_path))
+    for name in ("staging/new", "trash/new"):
+        (tmp_path / name).mkdir()
+    store.open_all()
+    store.close()
+    assert [path.name for path in (*(tmp_path / "staging").iterdir(), *(tmp_path / "trash").iterdir())] == ["new"] * 2

@@ -9,7 +9,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 
-from rayvox_service.request_body import check_fields, media_type, read_body
+from rayvox_service.request_body import RequestBody, check_fields
 from rayvox_service.robot_config import ROBOT_TYPES, RobotConfig, check_robot_name
 from rayvox_service.robot_store import sha256_of
 from rayvox_service.service import service_of
@@ -23,8 +23,9 @@ async def put_robot(request: Request) -> JSONResponse:
     """PUT /robots/{robot_name}?scale=1&geometry=collision|visual&description=robot.urdf"""
     service = service_of(request)
     name = check_robot_name(request.path_params["robot_name"])
-    file_format = ROBOT_TYPES[media_type(request, tuple(ROBOT_TYPES))]
-    body = await read_body(request, service.settings.max_body_bytes)
+    incoming = RequestBody(request.scope, request.receive)
+    file_format = ROBOT_TYPES[incoming.media_type(tuple(ROBOT_TYPES))]
+    body = bytes(await incoming.read(service.settings.max_body_bytes, service.settings.body_timeout_s))
     options = {key: request.query_params[key] for key in _OPTIONS if key in request.query_params}
     upload = {"name": name, "format": file_format, "sha256": sha256_of(body), "nbytes": len(body)}
     config = check_fields({**options, **upload}, RobotConfig)

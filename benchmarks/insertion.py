@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
 
 import numpy as np
 import rayvox
+from rayvox.occupancy_map import ENGINES, Engine
 
 from benchmarks.peers.octomap_cpp import DriverUnavailableError, run_driver
 from benchmarks.report import print_table, provenance, write_results
@@ -29,22 +30,48 @@ from tests.support.rayvox_maps import leaves_of
 Samples = dict[str, list[float]]
 
 
-def insert(occupancy_map: rayvox.OccupancyMap, scan: RayScan, workload: Workload) -> float:
-    """Seconds that one insertion takes, call included."""
-    origin = tuple(scan.origin.tolist())
-    start = time.perf_counter()
-    occupancy_map.insert_scan(scan.ends, origin=origin, max_range_m=workload.max_range_m)
-    return time.perf_counter() - start
+@dataclass(frozen=True)
+class Contender:
+    """One way of rayvox to insert; `threads` None: all cores."""
+
+    engine: Engine = "auto"
+    threads: int | None = None
+    discretize: bool = False
+
+    def insert(self, occupancy_map: rayvox.OccupancyMap, scan: RayScan, workload: Workload) -> float:
+        """Seconds that one insertion takes, call included."""
+        origin = tuple(scan.origin.tolist())
+        start = time.perf_counter()
+        occupancy_map.insert_scan(
+            scan.ends,
+            origin=origin,
+            max_range_m=workload.max_range_m,
+            engine=self.engine,
+            discretize=self.discretize,
+        )
+        return time.perf_counter() - start
 
 
-def time_rayvox(workload: Workload, passes: int, threads: int) -> tuple[Samples, Leaves]:
+def contenders() -> dict[str, Contender]:
+    """By the name in the table; plain "rayvox" is what a user gets."""
+    engines = [engine for engine in ENGINES if engine != "auto"]
+    return {
+        "rayvox": Contender(),
+        "rayvox, 1 thread": Contender(threads=1),
+        **{f"rayvox, {engine}": Contender(engine) for engine in engines},
+        "rayvox, discretize": Contender(discretize=True),
+    }
+
+
+def time_rayvox(workload: Workload, passes: int, contender: Contender, cores: int) -> tuple[Samples, Leaves]:
     """First-scan and steady-state seconds, and the leaves after one pass."""
-    rayvox.set_thread_count(threads)
-    first = [insert(rayvox.OccupancyMap(workload.resolution_m), scan, workload) for scan in workload.scans]
+    rayvox.set_thread_count(contender.threads or cores)
+    first = [contender.insert(rayvox.OccupancyMap(workload.resolution_m), scan, workload) for scan in workload.scans]
     occupancy_map, seconds, leaves = rayvox.OccupancyMap(workload.resolution_m), [], None
     for _ in range(passes):
-        seconds += [insert(occupancy_map, scan, workload) for scan in workload.scans]
+        seconds += [contender.insert(occupancy_map, scan, workload) for scan in workload.scans]
         leaves = leaves or leaves_of(occupancy_map)
+    rayvox.set_thread_count(cores)
     assert leaves is not None
     return {"first": first, "steady": seconds[len(seconds) // 2 :]}, leaves
 
@@ -73,19 +100,16 @@ def measure(workload: Workload, passes: int, repeats: int, octomap_passes: int) 
     samples: dict[str, Samples] = {}
     leaves: dict[str, Leaves] = {}
     for _ in range(repeats):
-        for name, threads in (("rayvox", cores), ("rayvox, 1 thread", 1)):
-            found, leaves[name] = time_rayvox(workload, passes, threads)
+        for name, contender in contenders().items():
+            found, leaves[name] = time_rayvox(workload, passes, contender, cores)
             _extend(samples.setdefault(name, {}), found)
         for name, openmp in (("OctoMap", False), ("OctoMap, OpenMP", True)):
             found, leaves[name] = time_octomap(workload, octomap_passes, openmp)
             _extend(samples.setdefault(name, {}), found)
-    rayvox.set_thread_count(cores)
     times = {name: {kind: 1e3 * median(values) for kind, values in kinds.items()} for name, kinds in samples.items()}
     difference = compare_leaves(leaves["rayvox"], leaves["OctoMap"])
-    ratios = {
-        kind: min(times["OctoMap"][kind], times["OctoMap, OpenMP"][kind]) / times["rayvox"][kind]
-        for kind in ("first", "steady")
-    }
+    octomap = {kind: min(times["OctoMap"][kind], times["OctoMap, OpenMP"][kind]) for kind in ("first", "steady")}
+    ratios = {kind: octomap[kind] / times["rayvox"][kind] for kind in octomap}
     return {
         "workload": workload.name,
         "rays": workload.ray_count,
@@ -93,9 +117,18 @@ def measure(workload: Workload, passes: int, repeats: int, octomap_passes: int) 
         "median_ms": times,
         "pyoctomap_first_ms": 1e3 * time_pyoctomap(workload),
         "ratio": ratios,
+        "ratio_discretize": {kind: octomap[kind] / times["rayvox, discretize"][kind] for kind in octomap},
+        "discretize_jaccard_free": _jaccard_of_free(leaves["rayvox"], leaves["rayvox, discretize"]),
         "leaves": len(leaves["rayvox"]),
         "voxels_differing": len(difference.cells),
     }
+
+
+def _jaccard_of_free(plain: Leaves, discretized: Leaves) -> float:
+    """How far the free voxels of two maps overlap: common ones over all."""
+    free = [cells[log_odds < 0] for cells, log_odds in (plain.expanded(), discretized.expanded())]
+    common = len(np.intersect1d(*free, assume_unique=True))
+    return common / max(1, len(free[0]) + len(free[1]) - common)
 
 
 def _extend(samples: Samples, more: Samples) -> None:
@@ -111,10 +144,14 @@ def print_results(results: list[dict[str, Any]]) -> None:
             shooting = times.get("ray_keys", "")
             rows.append([result["workload"], name, times["first"], times["steady"], shooting])
         rows.append([result["workload"], "pyoctomap", result["pyoctomap_first_ms"], "", ""])
-        rows.append([result["workload"], "OctoMap / rayvox", result["ratio"]["first"], result["ratio"]["steady"], ""])
+        for title, key in (("OctoMap / rayvox", "ratio"), ("OctoMap / rayvox, discretize", "ratio_discretize")):
+            rows.append([result["workload"], title, result[key]["first"], result[key]["steady"], ""])
     print_table(["workload", "contender", "first scan ms", "steady ms", "ray keys alone ms"], rows)
     for result in results:
-        print(f"{result['workload']}: {result['leaves']} leaves, {result['voxels_differing']} voxels differ (ties)")
+        print(
+            f"{result['workload']}: {result['leaves']} leaves, {result['voxels_differing']} voxels differ (ties); "
+            f"discretize's free space overlaps by a Jaccard index of {result['discretize_jaccard_free']:.3f}"
+        )
 
 
 def main() -> None:

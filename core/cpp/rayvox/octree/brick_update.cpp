@@ -86,8 +86,11 @@ int update_brick(Child& slot, const BrickMarks& marks, const UpdateModel& model,
   std::uint8_t dense_mask = slot.kind() == Child::Kind::brick ? slot.brick()->dense_mask : 0;
   int changed = 0;
   for (int i = 0; i < 8; ++i) {
-    const std::uint64_t free = marks.free[i], occupied = marks.occupied[i];
     const OctantView before(slot, i);
+    const std::uint64_t occupied = marks.occupied[i];
+    std::uint64_t free = marks.free[i];
+    // In steady state most misses meet cells at the bound: what is left of them is often nothing.
+    if (free && before.cells) free &= ~before.known | kernels.cells_above(before.cells, model.clamp_min);
     if (!(free | occupied) || before.saturated(free, occupied, model)) continue;
     if (!update_octant(before, free, occupied, model, kernels, updated[i])) continue;
     const auto bit = static_cast<std::uint8_t>(1u << i);

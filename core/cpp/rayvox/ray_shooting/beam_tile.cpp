@@ -54,29 +54,27 @@ std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const Child& slot, Bea
   const int level = map_.geometry.tile_level();
   const Cell cell = map_.geometry.cell_of_morton(tile << (3 * level));
   const CellBlock block{{cell[0], cell[1], cell[2]}, level};
-  scratch.bricks.clear();
-  const std::uint64_t asked = collect(&slot, block, 0, scratch.bricks);
-  if (!asked) return 0;
   const double rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
-  const double part_of_tile = block.size() / 64.0;
-  if (static_cast<double>(asked) * ns_per_asked_cell > rays * ns_per_walked_ray * part_of_tile) {
-    return walk_rays(block, scratch);
-  }
+  const auto most = static_cast<std::uint64_t>(rays * ns_per_walked_ray * block.size() / 64 / ns_per_asked_cell);
+  scratch.bricks.clear();
+  const std::uint64_t asked = collect(&slot, block, 0, most, scratch.bricks);
+  if (asked > most) return walk_rays(block, scratch);
   for (const BeamScratch::WantedBrick& brick : scratch.bricks) {
     kernels_.shoot_brick(scan_, brick.block.cell, brick.wanted, scratch.masks.free + std::size_t{brick.brick} * 8);
   }
   return asked;
 }
 
-// The bricks below the slot that rays reach, with the cells that a miss would change; returns how many cells.
-std::uint64_t BeamShooter::collect(const Child* slot, const CellBlock& block, std::uint32_t brick,
+// The bricks below the slot that rays reach, with the cells that a miss would change; returns how many cells. Stops
+// once these are more than `most`.
+std::uint64_t BeamShooter::collect(const Child* slot, const CellBlock& block, std::uint32_t brick, std::uint64_t most,
                                    std::vector<BeamScratch::WantedBrick>& bricks) const {
   if (nothing_to_change(slot) || !kernels_.beam_reaches(scan_, block)) return 0;
   std::uint64_t asked = 0;
   if (block.level > brick_level) {
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < 8 && asked <= most; ++i) {
       const auto code = static_cast<std::uint32_t>(i) << (3 * (block.level - 1 - brick_level));
-      asked += collect(child_of(slot, i), child_of(block, i), brick | code, bricks);
+      asked += collect(child_of(slot, i), child_of(block, i), brick | code, most - asked, bricks);
     }
     return asked;
   }

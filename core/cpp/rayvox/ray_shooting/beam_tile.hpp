@@ -43,7 +43,7 @@ class BeamShooter {
 
  private:
   void list_tiles(const Child* slot, const CellBlock& block, std::size_t most, std::vector<std::uint64_t>& tiles) const;
-  std::uint64_t collect(const Child* slot, const CellBlock& block, std::uint32_t brick,
+  std::uint64_t collect(const Child* slot, const CellBlock& block, std::uint32_t brick, std::uint64_t most,
                         std::vector<BeamScratch::WantedBrick>& bricks) const;
   std::uint64_t walk_rays(const CellBlock& tile, BeamScratch& scratch) const;
   bool nothing_to_change(const Child* slot) const;

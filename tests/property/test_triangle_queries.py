@@ -30,6 +30,14 @@ def surface_points(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> 
     return np.concatenate([np.einsum("nk,nkd->nd", weights, corners), corners.reshape(-1, 3)])
 
 
+def grid_points(mesh: TriangleMesh, steps: int) -> FloatArray:
+    """Points on a regular grid over every triangle, corners and edges among them."""
+    i, j = (index.ravel() for index in np.mgrid[0 : steps + 1, 0 : steps + 1])
+    weights = np.stack([i, j, steps - i - j], axis=1)[i + j <= steps] / steps
+    points: FloatArray = np.einsum("wk,nkd->nwd", weights, mesh.corners()).reshape(-1, 3)
+    return points
+
+
 def winding_inside(mesh: TriangleMesh, points: FloatArray) -> npt.NDArray[np.bool_]:
     """By the solid angle of all triangles (van Oosterom, Strackee 1983)."""
     a, b, c = (mesh.corners()[None, :, k] - points[:, None] for k in range(3))
@@ -72,7 +80,7 @@ def test_an_open_mesh_has_no_inside() -> None:
     assert tree_of(box).inside(np.zeros((1, 3))).all()
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_a_level_of_detail_never_misses_more_than_it_says(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -83,7 +91,7 @@ def test_a_level_of_detail_never_misses_more_than_it_says(seed: int) -> None:
     level = simplified(mesh, error_m)
     assert level.error_m <= error_m
     assert len(level.mesh) <= len(mesh)
-    missed = tree_of(level.mesh).distances(surface_points(mesh, 1500, rng)).max()
+    missed = tree_of(level.mesh).distances(grid_points(mesh, 6)).max()
     assert missed <= level.error_m + 1e-12
     # Proven is not the same as loose.
     assert level.error_m <= missed + 0.3 * error_m

@@ -13,8 +13,9 @@ from rayvox.mesh_io import TriangleMesh
 
 # Below this a mesh costs so little that simplifying it gains nothing.
 LEAST_TRIANGLES = 32
-_REFINEMENTS = 3
-_ANY_ERROR = 1.0  # of the mesh's extent: the count alone decides, the error is proven afterwards
+# Attempts ask the library for ever smaller errors, by this factor, down to this share of the error allowed.
+STEP = 0.75
+LEAST_SHARE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,30 +40,24 @@ def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
     """
     if not (math.isfinite(error_m) and error_m >= 0):
         raise InvalidInputError(f"error_m = {error_m!r} is not a finite number of at least zero")
-    best = LevelOfDetail(mesh, 0.0)
+    unchanged = LevelOfDetail(mesh, 0.0)
     if error_m == 0 or len(mesh) <= LEAST_TRIANGLES:
-        return best
+        return unchanged
     # Relative to a place of its own the mesh keeps its precision in the library's float32.
     middle = mesh.vertices.mean(axis=0)
     welded = TriangleMesh(mesh.vertices - middle, mesh.triangles).welded()
-    # Halved until the error is too large, then bisected between the last two counts.
-    enough, too_few = len(mesh), 0
-    refinements = 0
-    while refinements < _REFINEMENTS and enough > LEAST_TRIANGLES:
-        target = enough // 2 if too_few == 0 else (enough + too_few) // 2
-        refinements += too_few > 0
-        attempt = _collapsed(welded, target)
-        deviation_m = _deviation(welded, attempt, error_m)
-        if deviation_m + _rounding_m(mesh) <= error_m and len(attempt) < len(best.mesh):
-            moved_back = TriangleMesh(attempt.vertices + middle, attempt.triangles).welded()
-            best = LevelOfDetail(moved_back, deviation_m + _rounding_m(mesh))
-            enough = target
-        else:
-            too_few = target
-    return best
+    # The library's own measure is a mean where the proven one is a maximum: the coarsest attempts fail, and fast.
+    asked_m = error_m
+    while asked_m > LEAST_SHARE * error_m:
+        attempt = _collapsed(welded, asked_m)
+        deviation_m = _deviation(welded, attempt, error_m) + _rounding_m(mesh)
+        if deviation_m <= error_m and len(attempt) < len(mesh):
+            return LevelOfDetail(TriangleMesh(attempt.vertices + middle, attempt.triangles).welded(), deviation_m)
+        asked_m *= STEP
+    return unchanged
 
 
-def _collapsed(welded: TriangleMesh, triangles: int) -> TriangleMesh:
+def _collapsed(welded: TriangleMesh, error_m: float) -> TriangleMesh:
     import meshoptimizer
 
     indices = welded.triangles.astype(np.uint32).ravel()
@@ -71,8 +66,9 @@ def _collapsed(welded: TriangleMesh, triangles: int) -> TriangleMesh:
         kept,
         indices,
         welded.vertices.astype(np.float32),
-        target_index_count=3 * triangles,
-        target_error=_ANY_ERROR,
+        target_index_count=0,
+        target_error=error_m,
+        options=meshoptimizer.SIMPLIFY_ERROR_ABSOLUTE,
     )
     # What is kept are vertices of the original, in full precision.
     return TriangleMesh(welded.vertices, kept[:count].reshape(-1, 3).astype(np.int32))

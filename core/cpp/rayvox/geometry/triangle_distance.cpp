@@ -19,7 +19,15 @@ Vec3d closest_on_segment(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
   return length2 > 0 ? a + d * std::clamp(dot(p - a, d) / length2, 0.0, 1.0) : a;
 }
 
-// Ericson 5.1.9.
+// Where the segment meets the triangle's plane; its start where it does not.
+Vec3d meets_plane(const Triangle& triangle, const Vec3d& from, const Vec3d& to) {
+  const Vec3d n = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]), d = to - from;
+  const double towards = dot(d, n), t = dot(triangle[0] - from, n) / towards;
+  return towards != 0 && t > 0 && t < 1 ? from + d * t : from;
+}
+
+}  // namespace
+
 double squared_distance_of_segments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p2, const Vec3d& q2) {
   const Vec3d d1 = q1 - p1, d2 = q2 - p2, r = p1 - p2;
   const double a = dot(d1, d1), e = dot(d2, d2), f = dot(d2, r);
@@ -43,15 +51,6 @@ double squared_distance_of_segments(const Vec3d& p1, const Vec3d& q1, const Vec3
   const Vec3d gap = (p1 + d1 * s) - (p2 + d2 * t);
   return dot(gap, gap);
 }
-
-// Where the segment meets the triangle's plane; its start where it does not.
-Vec3d meets_plane(const Triangle& triangle, const Vec3d& from, const Vec3d& to) {
-  const Vec3d n = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]), d = to - from;
-  const double towards = dot(d, n), t = dot(triangle[0] - from, n) / towards;
-  return towards != 0 && t > 0 && t < 1 ? from + d * t : from;
-}
-
-}  // namespace
 
 Vec3d closest_point(const Triangle& triangle, const Vec3d& p) {
   const auto& [a, b, c] = triangle;

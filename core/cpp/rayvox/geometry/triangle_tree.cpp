@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "rayvox/error.hpp"
 #include "rayvox/geometry/mesh_parts.hpp"
@@ -38,6 +39,15 @@ bool segment_meets_box(const Vec3d& low, const Vec3d& high, double margin, const
   }
   // Rounding of the two quotients must not lose a touch.
   return enter <= leave + 1e-12;
+}
+
+std::pair<Vec3d, Vec3d> bounds_of(const Triangle& t) {
+  Vec3d low, high;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min({t[0][axis], t[1][axis], t[2][axis]});
+    high[axis] = std::max({t[0][axis], t[1][axis], t[2][axis]});
+  }
+  return {low, high};
 }
 
 // Whether the line along +x through p crosses the edge's projection above p, by the half-open rule: of the edges of a
@@ -179,7 +189,10 @@ bool TriangleTree::touches(const Vec3d& from, const Vec3d& to, double distance) 
     const Node& node = nodes_[stack[--depth]];
     if (!segment_meets_box(node.low, node.high, distance, from, to)) continue;
     for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      if (squared_distance(triangles_[slot], from, to) <= squared) return true;
+      const auto [low, high] = bounds_of(triangles_[slot]);
+      if (segment_meets_box(low, high, distance, from, to) && squared_distance(triangles_[slot], from, to) <= squared) {
+        return true;
+      }
     }
     if (node.count > 0) continue;
     stack[depth++] = node.first + 1;

@@ -5,14 +5,17 @@
 
 #include "rayvox/error.hpp"
 #include "rayvox/geometry/rigid_transform.hpp"
+#include "rayvox/geometry/triangle_distance.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
 
 namespace rayvox {
 namespace {
 
 constexpr std::size_t points_per_task = 1024;
+constexpr double rounding = 1e-9;
 
 double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vec3d row(const double* T, int i) { return {T[4 * i], T[4 * i + 1], T[4 * i + 2]}; }
 
 /// A link at its pose. Everything is asked in the link's own frame.
 class PlacedLink {
@@ -23,7 +26,19 @@ class PlacedLink {
         columns_{{T[0], T[4], T[8]}, {T[1], T[5], T[9]}, {T[2], T[6], T[10]}},
         position_{T[3], T[7], T[11]},
         origin_(to_link(origin_m)),
-        holds_origin_(holds(origin_)) {}
+        holds_origin_(holds(origin_)) {
+    // A ball around the padded link, seen from the origin.
+    const Vec3d centre = (link.extent.from + link.extent.to) * 0.5 - origin_;
+    const double radius = reach_ + 0.5 * norm(link.extent.to - link.extent.from);
+    to_centre_ = {dot(row(T, 0), centre), dot(row(T, 1), centre), dot(row(T, 2), centre)};
+    tangent2_ = dot(centre, centre) - radius * radius;
+  }
+
+  /// False where the beam that goes by `beam` from the origin passes the link by far. The cone of tangents decides.
+  bool in_sight(const Vec3d& beam, double length2) const {
+    const double along = dot(beam, to_centre_);
+    return tangent2_ <= 0 || (along > 0 && along * along >= length2 * tangent2_);
+  }
 
   Vec3d to_link(const Vec3d& p) const {
     const Vec3d d = p - position_;
@@ -35,29 +50,19 @@ class PlacedLink {
   }
 
   bool stops_ray_to(const Vec3d& p) const {
-    return !holds_origin_ && segment_nears_axis(p) && link_.mesh->touches(origin_, p, link_.padding_m);
+    return !holds_origin_ && segment_nears_axis(origin_, p) && link_.mesh->touches(origin_, p, link_.padding_m);
   }
 
  private:
-  bool near_axis(const Vec3d& p) const {
-    const Vec3d d = link_.extent.to - link_.extent.from, w = p - link_.extent.from;
-    const double length2 = dot(d, d), t = length2 > 0 ? std::clamp(dot(w, d) / length2, 0.0, 1.0) : 0.0;
-    const Vec3d gap = w - d * t;
-    return dot(gap, gap) <= reach_ * reach_;
-  }
+  bool near_axis(const Vec3d& p) const { return segment_nears_axis(p, p); }
 
-  // The ball around the capsule, which one projection decides.
-  bool segment_nears_axis(const Vec3d& p) const {
-    const Vec3d centre = (link_.extent.from + link_.extent.to) * 0.5, d = p - origin_, w = centre - origin_;
-    const double length2 = dot(d, d), t = length2 > 0 ? std::clamp(dot(w, d) / length2, 0.0, 1.0) : 0.0;
-    const Vec3d gap = w - d * t;
-    const double radius = reach_ + 0.5 * norm(link_.extent.to - link_.extent.from);
-    return dot(gap, gap) <= radius * radius;
+  bool segment_nears_axis(const Vec3d& from, const Vec3d& to) const {
+    return squared_distance_of_segments(from, to, link_.extent.from, link_.extent.to) <= reach_ * reach_;
   }
 
   const FilterLink& link_;
-  double reach_;
-  Vec3d columns_[3], position_, origin_;
+  double reach_, tangent2_;
+  Vec3d columns_[3], position_, origin_, to_centre_;
   bool holds_origin_;
 };
 
@@ -79,7 +84,10 @@ void filter_body(const std::vector<FilterLink>& links, const double* T_frame_lin
     const std::size_t end = std::min(points.count, (task + 1) * points_per_task);
     for (std::size_t i = task * points_per_task; i < end; ++i) {
       std::uint8_t what = kept;
+      const Vec3d beam = points[i] - origin_m;
+      const double length2 = dot(beam, beam) * (1 - rounding);
       for (std::size_t k = 0; k < placed.size() && what != on_body; ++k) {
+        if (!placed[k].in_sight(beam, length2)) continue;
         const Vec3d p = placed[k].to_link(points[i]);
         if (placed[k].holds(p)) {
           what = on_body;

@@ -12,6 +12,7 @@ namespace rayvox::bindings {
 
 void bind_snapshot(nb::module_& m);
 void bind_map(nb::module_& m);
+void bind_collision(nb::module_& m);
 
 namespace {
 
@@ -51,6 +52,7 @@ NB_MODULE(_native, m) {
       .def_ro("occupied_log_odds", &SensorModel::occupied_log_odds);
   bind_snapshot(m);
   bind_map(m);
+  bind_collision(m);
   m.def("thread_count", &thread_count);
   m.def("set_thread_count", &set_thread_count, nb::arg("count"));
   m.def("instruction_set", [] { return kernels().instruction_set; });

@@ -4,6 +4,8 @@ The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvo
 """
 
 from rayvox._native import instruction_set, set_thread_count, thread_count
+from rayvox.collide import CollisionContacts, TraversalStatistics, collide
+from rayvox.collision_mesh import CollisionMesh, MeshBvh
 from rayvox.errors import (
     EngineUnavailableError,
     InvalidInputError,
@@ -20,11 +22,14 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ChangeSet",
+    "CollisionContacts",
+    "CollisionMesh",
     "EngineUnavailableError",
     "InvalidInputError",
     "MapFormatError",
     "MapSnapshot",
     "MapStatistics",
+    "MeshBvh",
     "OccupancyMap",
     "OutOfRangeError",
     "PreparedScan",
@@ -33,7 +38,9 @@ __all__ = [
     "ScanResult",
     "ScanStatistics",
     "SensorModel",
+    "TraversalStatistics",
     "__version__",
+    "collide",
     "instruction_set",
     "set_thread_count",
     "thread_count",

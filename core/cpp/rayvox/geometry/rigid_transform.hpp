@@ -17,6 +17,10 @@ class RigidTransform {
             r_[6] * p.x + r_[7] * p.y + r_[8] * p.z + t_.z};
   }
 
+  /// Row-major 3x3.
+  const double* rotation() const { return r_; }
+  const Vec3d& translation() const { return t_; }
+
  private:
   double r_[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   Vec3d t_;

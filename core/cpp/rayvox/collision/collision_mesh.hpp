@@ -16,7 +16,10 @@ struct MeshComponent {
   /// around a point are well defined; `even`: each edge has an even number of triangles, so that crossings' parity is.
   enum class Kind : std::uint8_t { open, even, oriented };
   Kind kind;
-  std::array<std::uint32_t, 6> extreme;  // its vertices lowest in x, y, z and highest in x, y, z
+  std::array<Vec3d, 6> extreme;  // its vertices lowest in x, y, z and highest in x, y, z, relative to the mesh's centre
+
+  Vec3d low() const { return {extreme[0].x, extreme[1].y, extreme[2].z}; }
+  Vec3d high() const { return {extreme[3].x, extreme[4].y, extreme[5].z}; }
 };
 
 /// A triangle mesh at rest: vertices float64, stored relative to the centre of their box, so that a mesh far from its

@@ -1,17 +1,17 @@
 #pragma once
 // IEEE 754 binary16 for slabs.
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace rayvox {
 
 inline float half_to_float(std::uint16_t half) {
-  const float sign = half & 0x8000 ? -1.0f : 1.0f;
-  const int exponent = half >> 10 & 31, mantissa = half & 1023;
-  if (exponent == 31) return mantissa ? NAN : sign * INFINITY;
-  return exponent == 0 ? sign * std::ldexp(static_cast<float>(mantissa), -24)
-                       : sign * std::ldexp(static_cast<float>(1024 + mantissa), exponent - 25);
+  // The exponent moves from a bias of 15 to one of 127, which a product does for subnormal halves too.
+  const std::uint32_t magnitude = (half & 0x7fffu) << 13;
+  const float value = magnitude >= 0x0f800000u ? std::bit_cast<float>(magnitude | 0x7f800000u)
+                                               : std::bit_cast<float>(magnitude) * 0x1p112f;
+  return half & 0x8000 ? -value : value;
 }
 
 /// The smallest half that is not below `value`; infinity above 65504.

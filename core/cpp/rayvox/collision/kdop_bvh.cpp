@@ -1,6 +1,11 @@
 #include "rayvox/collision/kdop_bvh.hpp"
 
+#include <new>
 #include <string>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 #include "rayvox/collision/bvh_encoder.hpp"
 #include "rayvox/collision/half_float.hpp"
@@ -38,6 +43,24 @@ float as_float(float value) { return value; }
 float as_float(std::uint16_t value) { return half_to_float(value); }
 
 }  // namespace
+
+namespace {
+
+constexpr std::size_t huge_page = std::size_t{2} << 20;
+
+std::align_val_t alignment_of(std::size_t bytes) { return std::align_val_t{bytes >= huge_page ? huge_page : 64}; }
+
+}  // namespace
+
+void* allocate_aligned(std::size_t bytes) {
+  void* p = ::operator new(bytes, alignment_of(bytes));
+#ifdef __linux__
+  if (bytes >= huge_page) madvise(p, bytes, MADV_HUGEPAGE);  // advice: that it fails changes nothing
+#endif
+  return p;
+}
+
+void free_aligned(void* p, std::size_t bytes) { ::operator delete(p, alignment_of(bytes)); }
 
 KdopBvh::KdopBvh(std::shared_ptr<const CollisionMesh> mesh, const BvhOptions& options)
     : mesh_(std::move(mesh)), options_(options) {

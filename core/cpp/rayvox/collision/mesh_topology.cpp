@@ -72,12 +72,12 @@ std::vector<Kind> kinds_of(std::vector<DirectedEdge> edges, std::size_t componen
   return kind;
 }
 
-void extend(MeshComponent& part, const std::vector<Vec3d>& vertices, std::uint32_t v) {
+void extend(MeshComponent& part, const Vec3d& p) {
   for (int axis = 0; axis < 3; ++axis) {
-    std::uint32_t& low = part.extreme[static_cast<std::size_t>(axis)];
-    std::uint32_t& high = part.extreme[static_cast<std::size_t>(axis + 3)];
-    if (vertices[v][axis] < vertices[low][axis]) low = v;
-    if (vertices[v][axis] > vertices[high][axis]) high = v;
+    Vec3d& low = part.extreme[static_cast<std::size_t>(axis)];
+    Vec3d& high = part.extreme[static_cast<std::size_t>(axis + 3)];
+    if (p[axis] < low[axis]) low = p;
+    if (p[axis] > high[axis]) high = p;
   }
 }
 
@@ -101,10 +101,11 @@ MeshTopology find_components(const std::vector<Vec3d>& vertices,
     std::uint32_t& component = component_of_root[parts.find(t[0])];
     if (component == ~0u) {
       component = static_cast<std::uint32_t>(out.components.size());
-      out.components.push_back({Kind::open, {t[0], t[0], t[0], t[0], t[0], t[0]}});
+      out.components.push_back({Kind::open, {}});
+      out.components.back().extreme.fill(vertices[t[0]]);
     }
     out.component_of[i] = component;
-    for (const std::uint32_t v : t) extend(out.components[component], vertices, v);
+    for (const std::uint32_t v : t) extend(out.components[component], vertices[v]);
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
     for (int e = 0; e < 3; ++e) {
       const std::uint32_t from = t[static_cast<std::size_t>(e)], to = t[static_cast<std::size_t>((e + 1) % 3)];

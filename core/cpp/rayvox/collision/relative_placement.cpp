@@ -88,11 +88,10 @@ const AxisCone& cone_of(const std::vector<AxisCone>& cones, int chosen, const Ve
 }  // namespace
 
 PairTables::PairTables(const KdopBvh& a, const KdopBvh& b, const CollisionKernels& kernels)
-    : a_(a), b_(b), kernels_(kernels), has_slab_tests_(a.options().traversal != Traversal::hybrid) {
+    : a_(a), b_(b), kernels_(kernels) {
   if (a.options().traversal != b.options().traversal) {
     throw InvalidInput("the two hierarchies are built for different traversals");
   }
-  if (!has_slab_tests_) return;
   if (a.options().slabs != b.options().slabs) throw InvalidInput("the two hierarchies' slabs differ in format");
   const KdopAxes& axes = a.options().axes;
   if (!(axes == b.options().axes)) throw InvalidInput("the two hierarchies' k-DOPs have different axes");
@@ -133,7 +132,6 @@ void PairTables::prepare(const Placement& placement, RelativePose& pose) const {
   pose.orientations = &orientations_;
   set_frame_change(pose.b_to_a, placement.rotation, placement.translation);
   set_inverse(pose.a_to_b, placement);
-  if (!has_slab_tests_) return;
   enclose_slabs(pose.b_to_a);
   enclose_slabs(pose.a_to_b);
 }

@@ -21,7 +21,7 @@ struct Placement {
 /// What does not depend on the pose, of the queries between two hierarchies.
 class PairTables {
  public:
-  /// Throws InvalidInput unless the two have the same traversal, and for k-DOP traversals the same axes and slabs.
+  /// Throws InvalidInput unless the two have the same traversal, axes and slabs.
   PairTables(const KdopBvh& a, const KdopBvh& b, const CollisionKernels& kernels);
 
   /// None if the meshes' bounding spheres are certainly apart. The translation between the centres is rounded once,
@@ -44,7 +44,6 @@ class PairTables {
   OrientationRows orientations_{};
   std::vector<float> cone_planes_;
   ConeRows cones_{};
-  bool has_slab_tests_;
 };
 
 }  // namespace rayvox

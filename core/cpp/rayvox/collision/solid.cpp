@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <optional>
 
 #include "rayvox/collision/exact_predicates.hpp"
@@ -65,8 +63,9 @@ std::optional<int> crossing(const Ray& ray, const Triangle& t) {
   return start;
 }
 
-// Crossings by component; false if the ray is not in general position.
-bool cross(const KdopBvh& bvh, const Ray& ray, std::map<std::uint32_t, Crossings>& crossings) {
+// Crossings of some components; false if the ray is not in general position.
+bool cross(const KdopBvh& bvh, const Ray& ray, const std::vector<std::uint32_t>& components,
+           std::vector<Crossings>& crossings) {
   const CollisionMesh& mesh = bvh.mesh();
   std::vector<std::uint32_t> waiting{0};
   while (!waiting.empty()) {
@@ -80,11 +79,12 @@ bool cross(const KdopBvh& bvh, const Ray& ray, std::map<std::uint32_t, Crossings
         continue;
       }
       const std::uint32_t triangle = bvh.triangle_at(node.first + i);
-      if (mesh.components()[mesh.component_of(triangle)].kind == Kind::open) continue;
+      const auto at = std::find(components.begin(), components.end(), mesh.component_of(triangle));
+      if (at == components.end()) continue;
       const std::optional<int> side = crossing(ray, mesh.triangle(triangle));
       if (!side) return false;
       if (*side == 0) continue;
-      Crossings& of_component = crossings[mesh.component_of(triangle)];
+      Crossings& of_component = crossings[static_cast<std::size_t>(at - components.begin())];
       of_component.winding += *side;
       ++of_component.count;
     }
@@ -95,41 +95,43 @@ bool cross(const KdopBvh& bvh, const Ray& ray, std::map<std::uint32_t, Crossings
 }  // namespace
 
 Solid::Solid(const KdopBvh& bvh) : bvh_(bvh) {
-  const CollisionMesh& mesh = bvh.mesh();
-  for (const MeshComponent& part : mesh.components()) {
-    if (part.kind == Kind::open) continue;
+  const std::vector<MeshComponent>& components = bvh.mesh().components();
+  for (std::uint32_t c = 0; c < components.size(); ++c) {
+    if (components[c].kind == Kind::open) continue;
+    const Box box{components[c].low(), components[c].high()};
+    if (parts_.empty()) box_ = box;
     for (int axis = 0; axis < 3; ++axis) {
-      const double low = mesh.vertex(part.extreme[static_cast<std::size_t>(axis)])[axis];
-      const double high = mesh.vertex(part.extreme[static_cast<std::size_t>(axis + 3)])[axis];
-      low_m_[axis] = exists_ ? std::min(low_m_[axis], low) : low;
-      high_m_[axis] = exists_ ? std::max(high_m_[axis], high) : high;
+      box_.low[axis] = std::min(box_.low[axis], box.low[axis]);
+      box_.high[axis] = std::max(box_.high[axis], box.high[axis]);
     }
-    exists_ = true;
+    parts_.push_back({c, box});
   }
-}
-
-bool Solid::box_holds(const Vec3d& p) const {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(p[axis] >= low_m_[axis] && p[axis] <= high_m_[axis])) return false;
-  }
-  return true;
 }
 
 bool Solid::contains(const Vec3d& p) const {
-  if (!exists_ || !box_holds(p)) return false;
-  const double length = 3 * bvh_.mesh().radius_m() + norm(p);
+  std::vector<std::uint32_t> around;
+  for (const ClosedPart& part : parts_) {
+    if (part.box.holds(p)) around.push_back(part.component);
+  }
+  return !around.empty() && one_contains(around, p);
+}
+
+bool Solid::one_contains(const std::vector<std::uint32_t>& components, const Vec3d& p) const {
+  const std::vector<MeshComponent>& all = bvh_.mesh().components();
+  double length = 0;  // enough to leave every box that p is in
+  for (const std::uint32_t c : components) length = std::max(length, 1.1 * norm(all[c].high() - all[c].low()));
   for (int attempt = 0;; ++attempt) {
     // Directions in no special relation to any mesh; that one after the other meets an edge has no likelihood.
-    const double u = 1 - 2 * std::fmod(0.5497 + 0.754877666 * attempt, 1.0),
-                 v = 6.2831853 * std::fmod(0.3183 + 0.569840291 * attempt, 1.0);
-    const double s = std::sqrt(1 - u * u);
-    const Ray ray(bvh_, p, p + Vec3d{s * std::cos(v), s * std::sin(v), u} * length);
-    std::map<std::uint32_t, Crossings> crossings;
-    if (!cross(bvh_, ray, crossings) && attempt < 64) continue;
-    return std::any_of(crossings.begin(), crossings.end(), [&](const auto& entry) {
-      const bool oriented = bvh_.mesh().components()[entry.first].kind == Kind::oriented;
-      return oriented ? entry.second.winding != 0 : entry.second.count % 2 != 0;
-    });
+    const double u = 1 - 2 * std::fmod(0.5497 + 0.754877666 * attempt, 1.0);
+    const double angle = 6.2831853 * std::fmod(0.3183 + 0.569840291 * attempt, 1.0), s = std::sqrt(1 - u * u);
+    const Ray ray(bvh_, p, p + Vec3d{s * std::cos(angle), s * std::sin(angle), u} * length);
+    std::vector<Crossings> crossings(components.size());
+    if (!cross(bvh_, ray, components, crossings) && attempt < 64) continue;
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      const bool oriented = all[components[i]].kind == Kind::oriented;
+      if (oriented ? crossings[i].winding != 0 : crossings[i].count % 2 != 0) return true;
+    }
+    return false;
   }
 }
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <cstdint>
+#include <vector>
+
 #include "rayvox/collision/kdop_bvh.hpp"
 #include "rayvox/collision/relative_placement.hpp"
 
@@ -10,28 +13,45 @@ class Solid {
   explicit Solid(const KdopBvh& bvh);
 
   /// Whether there is a closed component.
-  bool exists() const { return exists_; }
+  bool exists() const { return !parts_.empty(); }
   /// Whether a closed component contains p (relative to the mesh's centre): its surface winds around p, or, where its
   /// triangles are not oriented consistently, a ray from p crosses it an odd number of times.
   bool contains(const Vec3d& p) const;
   /// Whether a component of `other` lies inside, given that the surfaces do not touch. `to_here` maps other's points.
   template <class Map>
   bool contains_component_of(const CollisionMesh& other, const Map& to_here) const {
-    if (!exists_) return false;
+    if (!exists()) return false;
     for (const MeshComponent& part : other.components()) {
-      bool in_box = true;
-      for (std::size_t i = 0; i < 6 && in_box; ++i) in_box = box_holds(to_here(other.vertex(part.extreme[i])));
-      if (in_box && contains(to_here(other.vertex(part.extreme[0])))) return true;
+      const Vec3d first = to_here(part.extreme[0]);
+      if (!box_.holds(first)) continue;
+      std::vector<std::uint32_t> around;
+      for (const ClosedPart& closed : parts_) {
+        bool inside = closed.box.holds(first);
+        for (std::size_t i = 1; i < 6 && inside; ++i) inside = closed.box.holds(to_here(part.extreme[i]));
+        if (inside) around.push_back(closed.component);
+      }
+      if (!around.empty() && one_contains(around, first)) return true;
     }
     return false;
   }
 
  private:
-  bool box_holds(const Vec3d& p) const;
+  struct Box {
+    Vec3d low, high;
+    bool holds(const Vec3d& p) const {
+      return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+    }
+  };
+  struct ClosedPart {
+    std::uint32_t component;
+    Box box;
+  };
+
+  bool one_contains(const std::vector<std::uint32_t>& components, const Vec3d& p) const;
 
   const KdopBvh& bvh_;
-  bool exists_ = false;
-  Vec3d low_m_, high_m_;  // of the closed components
+  std::vector<ClosedPart> parts_;
+  Box box_;  // of all closed components
 };
 
 }  // namespace rayvox

@@ -96,37 +96,72 @@ unsigned overlapped_boxes(const PlacedBox& box, const BoxBlock& block, int lane,
 }
 
 template <class L>
-unsigned box_vs_children(const BvhView& from, const BvhNode& a, const BvhView& to, const BvhNode& b,
-                         const FrameChange& change, float margin_m, TraversalCounts& counts) {
-  (void)from;
+unsigned box_vs_children(const BvhNode& a, const BvhView& to, const BvhNode& b, const FrameChange& change,
+                         float margin_m, unsigned wanted, TraversalCounts& counts) {
   const PlacedBox box = place_box(a, b, change, margin_m);
-  counts.node_pairs += b.count;
   unsigned alive = 0;
   for (int l = 0; l < b.count; l += L::width) {
-    const int left = b.count - l;
-    const unsigned all = left >= L::width ? (1u << L::width) - 1 : (1u << left) - 1;
-    alive |= overlapped_boxes<L>(box, to.boxes[b.block], l, all, margin_m, counts) << l;
+    const unsigned here = wanted >> l & ((1u << L::width) - 1);
+    if (here) alive |= overlapped_boxes<L>(box, to.boxes[b.block], l, here, margin_m, counts) << l;
   }
   return alive;
 }
 
-template <class L>
-void traverse_boxes(const TraversalQuery& q) {
+template <class L, class Slab>
+unsigned children_in_reach(const TraversalQuery& q, const BvhView& from, std::uint32_t a, const BvhView& to,
+                           std::uint32_t b, const FrameChange& change) {
+  alignas(64) float threshold[32];
+  const BvhNode &na = from.nodes[a], &nb = to.nodes[b];
+  realign<L>(own_slabs<Slab>(from, a), na, nb, change, *q.pose->orientations, q.pose->margin_m, to.stride, threshold);
+  const unsigned children = overlapped_children<L, Slab>(to, nb, threshold, *q.counts);
+  return children ? box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts) : 0;
+}
+
+inline void prefetch_bytes(const void* p, std::size_t bytes) {
+  for (std::size_t at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(p) + at);
+}
+
+// The memory that the next pair will read, while the present one is tested.
+template <class Slab>
+void prefetch_pair(const TraversalQuery& q, std::uint64_t pair) {
+  const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
+  const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
+  if (na.is_leaf && nb.is_leaf) {
+    prefetch_bytes(q.a.leaf_vertices + 9 * std::size_t{na.first}, std::size_t{36} * na.count);
+    prefetch_bytes(q.b.leaf_vertices + 9 * std::size_t{nb.first}, std::size_t{36} * nb.count);
+    return;
+  }
+  const bool into_b = descends_into_b(na, nb);
+  const BvhView& to = into_b ? q.b : q.a;
+  const BvhNode& opened = into_b ? nb : na;
+  prefetch_bytes(own_slabs<Slab>(into_b ? q.a : q.b, into_b ? a : b), 32 * sizeof(Slab));
+  prefetch_bytes(child_slabs<Slab>(to, opened), 512);
+  prefetch_bytes(&to.boxes[opened.block], sizeof(BoxBlock));
+}
+
+template <class L, class Slab>
+void hybrid(const TraversalQuery& q) {
   std::size_t waiting = 0;
   q.stack[waiting++] = 0;
   const RelativePose& pose = *q.pose;
   while (waiting > 0) {
     const std::uint64_t pair = q.stack[--waiting];
+    if (waiting > 0) prefetch_pair<Slab>(q, q.stack[waiting - 1]);
     const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
     const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
     if (na.is_leaf && nb.is_leaf) {
       if (leaf_pair<L>(q, na, nb)) return;
     } else if (descends_into_b(na, nb)) {
-      const unsigned children = box_vs_children<L>(q.a, na, q.b, nb, pose.a_to_b, pose.margin_m, *q.counts);
+      const unsigned children = children_in_reach<L, Slab>(q, q.a, a, q.b, b, pose.a_to_b);
       waiting = push_children(q.stack, waiting, children, pair_of(a, nb.first), 1);
     } else {
-      const unsigned children = box_vs_children<L>(q.b, nb, q.a, na, pose.b_to_a, pose.margin_m, *q.counts);
+      const unsigned children = children_in_reach<L, Slab>(q, q.b, b, q.a, a, pose.b_to_a);
       waiting = push_children(q.stack, waiting, children, pair_of(na.first, b), std::uint64_t{1} << 32);
     }
   }
+}
+
+template <class L>
+void traverse_hybrid(const TraversalQuery& q) {
+  q.a.slabs_f16.own ? hybrid<L, std::uint16_t>(q) : hybrid<L, float>(q);
 }

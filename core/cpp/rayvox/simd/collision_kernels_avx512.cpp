@@ -23,7 +23,7 @@ extern const CollisionKernels collision_table;
 const CollisionKernels collision_table{
     "avx512",
     {traverse_scalar, traverse_by_orientation<CollisionLanes>, traverse_one_vs_sixteen<CollisionLanes>,
-     traverse_four_vs_four<CollisionLanes>, traverse_boxes<CollisionLanes>},
+     traverse_four_vs_four<CollisionLanes>, traverse_hybrid<CollisionLanes>},
     choose_cones<CollisionLanes>};
 
 }  // namespace rayvox::avx512

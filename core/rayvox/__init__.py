@@ -4,6 +4,8 @@ The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvo
 """
 
 from rayvox._native import instruction_set, set_thread_count, thread_count
+from rayvox.collide import CollisionContacts, TraversalStatistics, collide
+from rayvox.collision_mesh import CollisionMesh, MeshBvh
 from rayvox.errors import (
     EngineUnavailableError,
     InvalidInputError,
@@ -25,6 +27,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ChangeSet",
+    "CollisionContacts",
+    "CollisionMesh",
     "EngineUnavailableError",
     "InvalidInputError",
     "LoadLimitError",
@@ -32,6 +36,7 @@ __all__ = [
     "MapFormatError",
     "MapSnapshot",
     "MapStatistics",
+    "MeshBvh",
     "MeshFormatError",
     "OccupancyMap",
     "OutOfRangeError",
@@ -43,8 +48,10 @@ __all__ = [
     "ScanResult",
     "ScanStatistics",
     "SensorModel",
+    "TraversalStatistics",
     "TriangleMesh",
     "__version__",
+    "collide",
     "instruction_set",
     "set_thread_count",
     "thread_count",

@@ -36,6 +36,16 @@ def as_pose(matrix: npt.ArrayLike | None, name: str) -> npt.NDArray[np.float64] 
     return array
 
 
+def as_poses(matrices: npt.ArrayLike | None, name: str) -> npt.NDArray[np.float64]:
+    """(n, 4, 4) C-contiguous float64; a single (4, 4) becomes (1, 4, 4), None the identity. The kernel checks them."""
+    array = np.eye(4) if matrices is None else _as_float_array(matrices, name)
+    if array.ndim == 2:
+        array = array[np.newaxis]
+    if array.ndim != 3 or array.shape[1:] != (4, 4):
+        raise InvalidInputError(f"{name} must have shape (4, 4) or (n, 4, 4), got {array.shape}")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
 def as_vector(vector: Sequence[float] | npt.NDArray[Any], name: str) -> tuple[float, float, float]:
     """Three finite numbers."""
     array = _as_float_array(vector, name)

@@ -1,0 +1,263 @@
+#include "rayvox/collision/bvh_encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rayvox/collision/half_float.hpp"
+#include "rayvox/parallel/parallel_for.hpp"
+
+namespace rayvox {
+namespace {
+
+// Bounds what float32 rounding of vertices, axes and their products can take from a support value, relative to the
+// mesh's radius.
+constexpr float support_margin = 0x1p-20f;
+constexpr float absolute_margin_m = 1e-13f;
+
+double dot(const Vec3d& a, const float* b) { return a.x * b[0] + a.y * b[1] + a.z * b[2]; }
+
+float slab_not_below(double value, float) {
+  return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
+}
+std::uint16_t slab_not_below(double value, std::uint16_t) { return half_not_below(slab_not_below(value, 0.0f)); }
+
+}  // namespace
+
+template <class Body>
+void BvhEncoder::for_each_node(std::size_t begin, std::size_t end, const Body& body) const {
+  constexpr std::size_t chunk = 64;
+  parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c, int) {
+    for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); ++i) body(i);
+  });
+}
+
+template <class Merge>
+void BvhEncoder::merge_upwards(const Merge& merge) const {
+  for (std::size_t level = tree_.level_begin.size() - 1; level-- > 0;) {
+    for_each_node(tree_.level_begin[level], tree_.level_begin[level + 1], [&](std::size_t i) {
+      const BvhTree::Node& node = tree_.nodes[i];
+      for (std::uint32_t c = 0; c < node.child_count; ++c) merge(i, node.first_child + c);
+    });
+  }
+}
+
+void BvhEncoder::run() {
+  const std::size_t count = tree_.nodes.size();
+  bvh_.nodes_.resize(count);
+  bvh_.leaf_vertices_.resize(9 * tree_.triangle_order.size());
+  const bool hybrid = bvh_.options_.traversal == Traversal::hybrid;
+  find_supports();
+  if (hybrid) find_moments();
+  for_each_node(0, count, [&](std::size_t i) { place_node(i); });
+  std::uint32_t blocks = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!bvh_.nodes_[i].is_leaf) bvh_.nodes_[i].block = blocks++;
+  }
+  if (hybrid) {
+    for_each_node(0, count, [&](std::size_t i) { fit_box(i); });
+    bvh_.boxes_.resize(blocks);
+  }
+  const BvhView view = bvh_.view();
+  const std::size_t own = count * static_cast<std::size_t>(view.stride);
+  const std::size_t child =
+      static_cast<std::size_t>(blocks) * static_cast<std::size_t>(2 * view.axis_count * view.lanes);
+  const bool half = bvh_.options_.slabs == SlabFormat::float16;
+  (half ? bvh_.own_f16_.resize(own) : bvh_.own_f32_.resize(own));
+  (half ? bvh_.child_f16_.resize(child) : bvh_.child_f32_.resize(child));
+  for_each_node(0, count, [&](std::size_t i) {
+    if (half)
+      write_slabs(i, bvh_.own_f16_, bvh_.child_f16_);
+    else
+      write_slabs(i, bvh_.own_f32_, bvh_.child_f32_);
+    if (bvh_.nodes_[i].is_leaf)
+      write_leaf(i);
+    else if (hybrid)
+      write_boxes(i);
+  });
+}
+
+void BvhEncoder::find_supports() {
+  const CollisionMesh& mesh = *bvh_.mesh_;
+  const KdopAxes& axes = bvh_.options_.axes;
+  const int n = axes.count();
+  std::vector<float> axis[3];
+  for (auto& coordinate : axis) coordinate.resize(KdopAxes::most_axes);
+  for (int a = 0; a < n; ++a) {
+    for (int c = 0; c < 3; ++c) axis[c][static_cast<std::size_t>(a)] = static_cast<float>(axes[a][c]);
+  }
+  std::vector<float> projections(mesh.vertex_count() * KdopAxes::most_axes);
+  for_each_node(0, mesh.vertex_count(), [&](std::size_t v) {
+    const auto x = static_cast<float>(mesh.vertex(v).x), y = static_cast<float>(mesh.vertex(v).y),
+               z = static_cast<float>(mesh.vertex(v).z);
+    float* out = projections.data() + v * KdopAxes::most_axes;
+    for (std::size_t a = 0; a < KdopAxes::most_axes; ++a) out[a] = axis[0][a] * x + axis[1][a] * y + axis[2][a] * z;
+  });
+  supports_.resize(tree_.nodes.size() * most_orientations, -std::numeric_limits<float>::infinity());
+  for_each_node(0, tree_.nodes.size(), [&](std::size_t i) {
+    if (tree_.nodes[i].child_count == 0) find_supports_of_leaf(i, projections);
+  });
+  merge_upwards([&](std::size_t parent, std::size_t child) {
+    float* to = supports_.data() + parent * most_orientations;
+    const float* from = supports_.data() + child * most_orientations;
+    for (int o = 0; o < most_orientations; ++o) to[o] = std::max(to[o], from[o]);
+  });
+}
+
+void BvhEncoder::find_supports_of_leaf(std::size_t node, const std::vector<float>& projections) {
+  const CollisionMesh& mesh = *bvh_.mesh_;
+  const float margin = support_margin * static_cast<float>(mesh.radius_m()) + absolute_margin_m;
+  constexpr int n = KdopAxes::most_axes;
+  float* out = supports_.data() + node * most_orientations;
+  const BvhTree::Node& leaf = tree_.nodes[node];
+  for (std::uint32_t t = 0; t < leaf.triangle_count; ++t) {
+    for (const std::uint32_t v : mesh.triangle_vertices(tree_.triangle_order[leaf.first_triangle + t])) {
+      const float* projection = projections.data() + std::size_t{v} * n;
+      for (int a = 0; a < n; ++a) {
+        out[a] = std::max(out[a], projection[a]);
+        out[n + a] = std::max(out[n + a], -projection[a]);
+      }
+    }
+  }
+  for (int o = 0; o < most_orientations; ++o) out[o] += margin;
+}
+
+void BvhEncoder::find_moments() {
+  const CollisionMesh& mesh = *bvh_.mesh_;
+  moments_.resize(tree_.nodes.size());
+  const double least = 1e-12 * mesh.radius_m() * mesh.radius_m() + 1e-60;
+  for_each_node(0, tree_.nodes.size(), [&](std::size_t i) {
+    const BvhTree::Node& node = tree_.nodes[i];
+    if (node.child_count > 0) return;
+    for (std::uint32_t t = 0; t < node.triangle_count; ++t) {
+      moments_[i].add(mesh.triangle(tree_.triangle_order[node.first_triangle + t]), least);
+    }
+  });
+  merge_upwards([&](std::size_t parent, std::size_t child) { moments_[parent].add(moments_[child]); });
+}
+
+void BvhEncoder::place_node(std::size_t i) {
+  const CollisionMesh& mesh = *bvh_.mesh_;
+  const BvhTree::Node& from = tree_.nodes[i];
+  BvhNode& node = bvh_.nodes_[i];
+  node = {};
+  node.is_leaf = from.child_count == 0;
+  node.first = node.is_leaf ? from.first_triangle : from.first_child;
+  node.count = static_cast<std::uint16_t>(node.is_leaf ? from.triangle_count : from.child_count);
+  Vec3d low = mesh.triangle(tree_.triangle_order[from.first_triangle])[0], high = low;
+  double longest_edge = 0;
+  for (std::uint32_t t = 0; t < from.triangle_count; ++t) {
+    const Triangle triangle = mesh.triangle(tree_.triangle_order[from.first_triangle + t]);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [least, most] = std::minmax({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
+      low[axis] = std::min(low[axis], least);
+      high[axis] = std::max(high[axis], most);
+      longest_edge = std::max(longest_edge, most - least);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) node.origin[axis] = static_cast<float>((low[axis] + high[axis]) / 2);
+  const Vec3d half = (high - low) * 0.5;
+  node.radius = static_cast<float>(norm(half) * (1 + 1e-6) + 1e-6 * mesh.radius_m());
+  node.longest_edge = std::nextafter(static_cast<float>(longest_edge), std::numeric_limits<float>::infinity());
+}
+
+void BvhEncoder::fit_box(std::size_t i) {
+  const CollisionMesh& mesh = *bvh_.mesh_;
+  const BvhTree::Node& from = tree_.nodes[i];
+  BvhNode& node = bvh_.nodes_[i];
+  const std::array<Vec3d, 3> axes = principal_axes(moments_[i]);
+  double low[3], high[3];
+  std::fill_n(low, 3, std::numeric_limits<double>::infinity());
+  std::fill_n(high, 3, -std::numeric_limits<double>::infinity());
+  for (std::uint32_t t = 0; t < from.triangle_count; ++t) {
+    for (const Vec3d& p : mesh.triangle(tree_.triangle_order[from.first_triangle + t])) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double at = axes[a].x * p.x + axes[a].y * p.y + axes[a].z * p.z;
+        low[a] = std::min(low[a], at);
+        high[a] = std::max(high[a], at);
+      }
+    }
+  }
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return high[a] - low[a] < high[b] - low[b]; });
+  Vec3d centre;
+  for (std::size_t a = 0; a < 3; ++a) centre = centre + axes[a] * ((low[a] + high[a]) / 2);
+  double radius = 0;
+  const float margin = 4 * support_margin * static_cast<float>(mesh.radius_m()) + absolute_margin_m;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double half = (high[order[a]] - low[order[a]]) / 2;
+    radius += half * half;
+    node.box_half[a] = static_cast<float>(half) + margin;
+    for (int c = 0; c < 3; ++c)
+      node.box_axis[3 * a + static_cast<std::size_t>(c)] = static_cast<float>(axes[order[a]][c]);
+  }
+  for (int c = 0; c < 3; ++c) node.origin[c] = static_cast<float>(centre[c]);
+  node.radius = static_cast<float>(std::sqrt(radius)) * (1 + 0x1p-20f) + margin;
+}
+
+double BvhEncoder::relative_support(std::size_t of, int orientation, const BvhNode& frame) const {
+  const int n = bvh_.options_.axes.count();
+  const std::size_t at =
+      static_cast<std::size_t>(orientation < n ? orientation : KdopAxes::most_axes + orientation - n);
+  const double support = supports_[of * most_orientations + at];
+  return (support - dot(bvh_.options_.axes.orientation(orientation), frame.origin)) / frame.slab_unit;
+}
+
+template <class Slab>
+void BvhEncoder::write_slabs(std::size_t i, AlignedVector<Slab>& own, AlignedVector<Slab>& child) {
+  BvhNode& node = bvh_.nodes_[i];
+  const BvhView view = bvh_.view();
+  const int n = view.axis_count;
+  node.slab_unit = 1;
+  if (sizeof(Slab) == 2) {
+    double most = 1e-30;
+    for (int o = 0; o < 2 * n; ++o) most = std::max(most, std::abs(relative_support(i, o, node)));
+    node.slab_unit = static_cast<float>(std::exp2(std::ceil(std::log2(most))));
+  }
+  Slab* to = own.data() + i * static_cast<std::size_t>(view.stride);
+  std::fill_n(to, view.stride, Slab{});
+  for (int o = 0; o < 2 * n; ++o) {
+    to[o < n ? o : view.stride / 2 + o - n] = slab_not_below(relative_support(i, o, node), Slab{});
+  }
+  if (node.is_leaf || view.lanes == 0) return;
+  Slab* block = child.data() + std::size_t{node.block} * static_cast<std::size_t>(2 * n * view.lanes);
+  for (int o = 0; o < 2 * n; ++o) {
+    Slab* row = block + (o < n ? 2 * o : 2 * (o - n) + 1) * view.lanes;
+    for (int lane = 0; lane < view.lanes; ++lane) {
+      row[lane] = lane < node.count
+                      ? slab_not_below(relative_support(node.first + static_cast<std::size_t>(lane), o, node), Slab{})
+                      : slab_not_below(-std::numeric_limits<double>::infinity(), Slab{});
+    }
+  }
+}
+
+void BvhEncoder::write_leaf(std::size_t i) {
+  const BvhNode& node = bvh_.nodes_[i];
+  float* to = bvh_.leaf_vertices_.data() + 9 * std::size_t{node.first};
+  for (std::size_t t = 0; t < node.count; ++t) {
+    const Triangle triangle = bvh_.mesh_->triangle(tree_.triangle_order[node.first + t]);
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        to[(3 * corner + c) * node.count + t] =
+            static_cast<float>(triangle[corner][static_cast<int>(c)] - static_cast<double>(node.origin[c]));
+      }
+    }
+  }
+}
+
+void BvhEncoder::write_boxes(std::size_t i) {
+  const BvhNode& node = bvh_.nodes_[i];
+  BoxBlock& block = bvh_.boxes_[node.block];
+  block = {};
+  for (std::size_t lane = 0; lane < node.count; ++lane) {
+    const BvhNode& child = bvh_.nodes_[node.first + lane];
+    for (std::size_t c = 0; c < 3; ++c) block.centre[c][lane] = child.origin[c] - node.origin[c];
+    for (std::size_t j = 0; j < 3; ++j) {
+      block.half[j][lane] = child.box_half[j];
+      for (std::size_t c = 0; c < 3; ++c) block.axis[j][c][lane] = child.box_axis[3 * j + c];
+    }
+  }
+}
+
+}  // namespace rayvox

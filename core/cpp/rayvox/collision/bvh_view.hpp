@@ -1,0 +1,53 @@
+#pragma once
+// What the kernels see of a hierarchy: plain arrays. Everything is in metres relative to the mesh's centre.
+#include <cstdint>
+
+namespace rayvox {
+
+/// A node: an inner node's children are consecutive nodes, a leaf's triangles consecutive in leaf order.
+struct alignas(64) BvhNode {
+  float origin[3];      // what this node's slabs and its children's, boxes and triangles are relative to
+  float slab_unit;      // slabs are stored in this unit: a power of two for half floats, 1 for float32
+  std::uint32_t first;  // first child, or first triangle
+  std::uint32_t block;  // inner node: its children's slabs and boxes
+  std::uint16_t count;  // children, or triangles
+  std::uint16_t is_leaf;
+  float radius;        // largest distance of its triangles from the origin
+  float longest_edge;  // leaf: largest difference of two corners of one triangle in one coordinate
+  float reserved[7];
+  // Oriented box centred at the origin: unit axes (rows) and half extents, thinnest first. Rounded outward.
+  float box_axis[9];
+  float box_half[3];
+  float reserved_box[4];
+};
+static_assert(sizeof(BvhNode) == 128);
+
+/// The oriented boxes of up to sixteen children, relative to their parent's origin.
+struct alignas(64) BoxBlock {
+  float centre[3][16];
+  float axis[3][3][16];  // [j][coordinate]: unit axis j, thinnest first
+  float half[3][16];
+};
+
+/// Slabs are support values: the largest product of a point with each orientation. A node's own are kept by
+/// orientation (`own`, `stride` values a node: axes, then from stride / 2 on their opposites); those of a node's
+/// children side by side (`child`: for each orientation, axis i then its opposite, `lanes` values).
+template <class Slab>
+struct SlabArrays {
+  const Slab* own;
+  const Slab* child;
+};
+
+struct BvhView {
+  const BvhNode* nodes;
+  const BoxBlock* boxes;        // null unless the hierarchy is for hybrid traversal
+  SlabArrays<float> slabs_f32;  // null where slabs are half floats, and the other way round
+  SlabArrays<std::uint16_t> slabs_f16;
+  const float* leaf_vertices;  // leaf with first triangle f and n triangles: 9 n floats from 9 f on, corner by corner
+                               // and coordinate by coordinate, n values each, relative to the leaf's origin
+  int axis_count;
+  int stride;  // 16 or 32
+  int lanes;   // children side by side in a block: 16, 4, or 0 where there are no blocks
+};
+
+}  // namespace rayvox

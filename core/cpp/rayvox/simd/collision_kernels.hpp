@@ -1,0 +1,71 @@
+#pragma once
+// The traversals of two hierarchies, once per instruction set, from the same sources (collision/*.inc.hpp), chosen at
+// run time as kernels.hpp says. Their translation units may call nothing inline that the rest of the program shares.
+#include <cstddef>
+#include <cstdint>
+
+#include "rayvox/collision/bvh_view.hpp"
+
+namespace rayvox {
+
+/// Directions of a k-DOP's orientations, in the order in which nodes keep their own slabs.
+struct alignas(64) OrientationRows {
+  float coordinate[3][32];
+};
+
+/// Where one mesh lies in the other's frame, and how to enclose its slabs in the other's axes: the support value there
+/// of the opposite of orientation o is at most the sum over j of coefficient[j][o] times the support value index[j][o]
+/// here (Zachmann 1998). So its negative is what a volume's slab o must reach if the two overlap.
+struct alignas(64) FrameChange {
+  float coefficient[3][32];
+  std::int32_t index[3][32];           // into a node's own slabs
+  std::int32_t block_row[3][32];       // into a block's rows
+  double rotation[9], translation[3];  // to = rotation * from + translation
+  float rotation_f32[9], translation_f32[3];
+};
+
+struct RelativePose {
+  FrameChange a_to_b, b_to_a;
+  const OrientationRows* orientations;
+  float margin_m;  // more than float32 rounding takes from any bound
+};
+
+struct TraversalCounts {
+  std::uint64_t node_pairs = 0;      // pairs of bounding volumes tested
+  std::uint64_t axis_tests = 0;      // axes looked at, once per vector test
+  std::uint64_t triangle_pairs = 0;  // pairs of triangles tested
+  std::uint64_t undecided = 0;       // of those, left to float64 and exact arithmetic
+};
+
+/// One query. Triangles are named by their position in leaf order.
+struct TraversalQuery {
+  BvhView a, b;
+  const RelativePose* pose;
+  std::uint64_t* stack;  // room for stack_capacity (stack.hpp) pairs
+  void* context;
+  bool (*touch)(void* context, std::uint32_t a, std::uint32_t b);    // decides what float32 cannot
+  bool (*contact)(void* context, std::uint32_t a, std::uint32_t b);  // told of a contact; true ends the traversal
+  TraversalCounts* counts;
+};
+
+/// The planes of the cones (kdop_axes.hpp).
+struct ConeRows {
+  int cone_count;
+  const float* plane[3];
+};
+
+struct CollisionKernels {
+  const char* instruction_set;
+  /// Calls `contact` for every pair of triangles that touch, until it returns true. By Traversal's order; slabs of the
+  /// two hierarchies in the same format.
+  void (*traverse[5])(const TraversalQuery&);
+  /// The cone that each of 16 directions (x, y and z in rows) lies in.
+  void (*choose_cones)(const ConeRows&, const float (*direction)[16], std::int32_t* cone);
+};
+
+/// The kernels of the instruction set that kernels() chose.
+const CollisionKernels& collision_kernels();
+/// The kernels of one instruction set, null if this processor or build has none.
+const CollisionKernels* collision_kernels_for(const char* instruction_set);
+
+}  // namespace rayvox

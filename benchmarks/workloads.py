@@ -64,6 +64,11 @@ def depth_views(resolution_m: float) -> Workload:
     return Workload(name, resolution_m, _just_below(captures[0].max_range_m), _in_map(captures))
 
 
+def wandering_views(count: int) -> tuple[RayScan, ...]:
+    """Views of a camera that wanders about the six places: no two scans have the same rays."""
+    return _in_map(capture.scan for capture in simulation.wandering_views(count))
+
+
 def lidar_sweeps(resolution_m: float) -> Workload:
     """Three sweeps of 64 x 1024 rays in the building."""
     sweeps = list(simulation.benchmark_sweeps().values())

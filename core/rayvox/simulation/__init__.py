@@ -4,7 +4,7 @@ Frames: the map frame is fixed to the building (z up, floor at z = 0, metres); a
 and `T_map_sensor` maps them into the map.
 """
 
-from .benchmark_views import benchmark_sweeps, benchmark_views, look_at
+from .benchmark_views import benchmark_sweeps, benchmark_views, look_at, wandering_views
 from .box import Box
 from .building import make_building
 from .cylinder import Cylinder
@@ -42,4 +42,5 @@ __all__ = [
     "robot_boxes",
     "robot_poses",
     "rotation_from_rpy",
+    "wandering_views",
 ]

@@ -43,6 +43,19 @@ def benchmark_views(camera: DepthCamera | None = None) -> dict[str, DepthCapture
     }
 
 
+def wandering_views(count: int, camera: DepthCamera | None = None) -> list[DepthCapture]:
+    """`count` depth views from about where benchmark_views stand: 0.15 m around the place, 0.5 m around the point."""
+    lens, scene, views = camera or DepthCamera(), make_building(), list(_VIEWS.values())
+    captures = []
+    for index in range(count):
+        rng = np.random.default_rng([2023, index])
+        eye, target = (np.array(point) for point in views[index % len(views)])
+        x, y, z = (eye + rng.uniform(-0.15, 0.15, 3)).tolist()
+        toward_x, toward_y, toward_z = (target + rng.uniform(-0.5, 0.5, 3)).tolist()
+        captures.append(lens.capture(scene, look_at((x, y, z), (toward_x, toward_y, toward_z)), rng))
+    return captures
+
+
 def benchmark_sweeps(lidar: SpinningLidar | None = None) -> dict[str, Scan]:
     """The three lidar sweeps by name; 65,536 rays each with the default lidar, the same in every call."""
     device, scene = lidar or SpinningLidar(), make_building()

@@ -97,7 +97,7 @@ FACT(rays_stop_at_the_first_cell_that_stops_them) {
   int seen[3] = {};
   for (int sample = 0; sample < 4000; ++sample) {
     const Ray drawn = brute_force::awkward_ray(f.random, 20);
-    const Vec3d direction = drawn.direction();
+    const Vec3d direction = drawn.end - drawn.origin;
     if (norm(direction) == 0) continue;
     const double range = norm(direction);
     const bool unknown_stops = sample % 2;

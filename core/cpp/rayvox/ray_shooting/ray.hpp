@@ -11,7 +11,6 @@ namespace rayvox {
 struct Ray {
   Vec3d origin, end;
 
-  Vec3d direction() const { return end - origin; }
 };
 
 }  // namespace rayvox

@@ -1,4 +1,6 @@
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
 
@@ -26,11 +28,11 @@ ScanRays prepare(const OwnedMap& map, const Points& points, const std::optional<
   return prepare_scan(scan, map.geometry());
 }
 
-nb::tuple insert(OwnedMap& map, const ScanRays& rays) {
+nb::tuple insert(OwnedMap& map, const ScanRays& rays, Engine engine) {
   OccupancyMap::Insertion insertion;
   {
     Release release;
-    insertion = map.insert(rays);
+    insertion = map.insert(rays, engine);
   }
   return nb::make_tuple(insertion.revision, insertion.statistics);
 }
@@ -38,12 +40,18 @@ nb::tuple insert(OwnedMap& map, const ScanRays& rays) {
 }  // namespace
 
 void bind_map(nb::module_& m) {
+  nb::enum_<Engine>(m, "Engine").value("dda", Engine::dda).value("embree", Engine::embree);
+  m.def("load_embree", &EmbreeLibrary::load, nb::arg("paths"));
+  m.def("embree_version", [] { return EmbreeLibrary::get().version(); });
+
   nb::class_<ScanStatistics>(m, "ScanStatistics")
       .def_ro("ray_count", &ScanStatistics::ray_count)
       .def_ro("voxel_steps", &ScanStatistics::voxel_steps)
       .def_ro("tile_count", &ScanStatistics::tile_count)
       .def_ro("brick_count", &ScanStatistics::brick_count)
       .def_ro("voxels_changed", &ScanStatistics::voxels_changed)
+      .def_ro("bvh_node_count", &ScanStatistics::bvh_node_count)
+      .def_ro("bvh_s", &ScanStatistics::bvh_s)
       .def_ro("cut_s", &ScanStatistics::cut_s)
       .def_ro("shoot_s", &ScanStatistics::shoot_s)
       .def_ro("update_s", &ScanStatistics::update_s)
@@ -77,8 +85,8 @@ void bind_map(nb::module_& m) {
            nb::sig("def prepare(self, points: NDArray[numpy.float64], T_map_sensor: NDArray[numpy.float64] | None, "
                    "origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, "
                    "discretize: bool) -> PreparedScan"))
-      .def("insert", &insert, nb::arg("scan"),
-           nb::sig("def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]"))
+      .def("insert", &insert, nb::arg("scan"), nb::arg("engine"),
+           nb::sig("def insert(self, scan: PreparedScan, engine: Engine) -> tuple[int, ScanStatistics]"))
       .def(
           "clear_box",
           [](OwnedMap& map, const nb::tuple& low_m, const nb::tuple& high_m) {

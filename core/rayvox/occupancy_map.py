@@ -11,14 +11,15 @@ import numpy.typing as npt
 
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64, as_pose, as_vector
+from rayvox.embree_library import load_embree
 from rayvox.errors import InvalidInputError
 from rayvox.map_queries import ExportFormat, MapQueries, checked_range
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.results import ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
-Engine = Literal["auto", "dda"]
-ENGINES: tuple[Engine, ...] = ("auto", "dda")
+Engine = Literal["auto", "dda", "embree"]
+ENGINES: tuple[Engine, ...] = ("auto", "dda", "embree")
 
 
 class PreparedScan:
@@ -108,9 +109,12 @@ class OccupancyMap(MapQueries):
         """Inserts a scan made by prepare_scan of a map with the same resolution and depth."""
         if engine not in ENGINES:
             raise InvalidInputError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
-        revision, statistics = self._native.insert(scan.native)
+        if engine == "embree":
+            load_embree()
+        taken = "dda" if engine == "auto" else engine
+        revision, statistics = self._native.insert(scan.native, getattr(_native.Engine, taken))
         names = [name for name in ScanStatistics.__dataclass_fields__ if name != "engine"]
-        return ScanResult(revision, ScanStatistics("dda", **{name: getattr(statistics, name) for name in names}))
+        return ScanResult(revision, ScanStatistics(taken, **{name: getattr(statistics, name) for name in names}))
 
     def insert_scan(
         self,

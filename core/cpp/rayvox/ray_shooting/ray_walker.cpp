@@ -45,6 +45,40 @@ void RayWalker::leave_block(int level) {
   t_ = t_first;
 }
 
+bool RayWalker::enter_block(const Cell& first, int level) {
+  double t[3], border[3];
+  double t_last = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t low = first[axis], high = low + ((std::int32_t{1} << level) - 1);
+    t[axis] = -1;
+    if (cell_[axis] >= low && cell_[axis] <= high) continue;
+    const bool upwards = cell_[axis] < low;
+    if (upwards ? end_cell_[axis] < low : end_cell_[axis] > high) return false;
+    border[axis] = static_cast<double>(upwards ? low : high + 1);
+    t[axis] = (border[axis] - ray_.origin[axis]) / (ray_.end[axis] - ray_.origin[axis]);
+    t_last = std::max(t_last, t[axis]);
+  }
+  if (t_last < 0) return true;
+  // The block is entered with the last of the crossings; near-ties as in leave_block.
+  int last = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (t[axis] < 0 || t[axis] < t_last - 0x1p-49 * t_last) continue;
+    if (last < 0 || compare_crossings(ray_, Crossing{axis, border[axis]}, Crossing{last, border[last]}) > 0) {
+      last = axis;
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == last) {
+      cell_[axis] = cell_after_crossing(axis, static_cast<std::int32_t>(border[axis]));
+    } else if (cell_[axis] != end_cell_[axis]) {
+      cell_[axis] = cell_at_crossing(axis, t_last, last, border[last]);
+    }
+    if ((cell_[axis] ^ first[axis]) >> level) return false;
+  }
+  t_ = t_last;
+  return true;
+}
+
 // The cell along `axis` at the moment the ray crosses another axis's border.
 std::int32_t RayWalker::cell_at_crossing(int axis, double t, int crossed_axis, double crossed_border) const {
   const double position = ray_.origin[axis] + (ray_.end[axis] - ray_.origin[axis]) * t;

@@ -20,6 +20,9 @@ class RayWalker {
   }
   /// Moves to the first cell outside the current aligned 2^level block. Requires !end_in_block(level).
   void leave_block(int level);
+  /// Moves on to the first cell inside the aligned 2^level block that starts at `first`; false, with cell() of no
+  /// meaning, if the ray does not pass the block from here on.
+  bool enter_block(const Cell& first, int level);
 
  private:
   std::int32_t cell_after_crossing(int axis, std::int32_t border) const {

@@ -7,6 +7,7 @@
 
 #include "rayvox/octree/tile_update.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/ray_shooting/embree_shooting.hpp"
 #include "rayvox/ray_shooting/insertion_workspace.hpp"
 
 namespace rayvox {
@@ -128,7 +129,8 @@ void add_up(const std::vector<ScanStatistics>& parts, int workers, ScanStatistic
 
 }  // namespace
 
-ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
+ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine,
+                           std::unique_ptr<EmbreeRegions>& regions) {
   const Kernels& set = kernels();
   const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
   Stopwatch total, stage;
@@ -136,7 +138,15 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays) {
   statistics.ray_count = rays.count();
 
   const WorkspaceLease workspace(workers);
-  cut_rays_at_tiles(rays, map.geometry, workers, *workspace);
+  if (engine == Engine::embree) {
+    if (!regions) regions = std::make_unique<EmbreeRegions>();
+    regions->follow(map, bounds_of(rays));
+    statistics.bvh_node_count = regions->node_count();
+    statistics.bvh_s = stage.lap();
+    cut_rays_at_changeable_nodes(rays, map.geometry, *regions, workers, workspace->bins);
+  } else {
+    cut_rays_at_tiles(rays, map.geometry, workers, *workspace);
+  }
   const std::vector<TileWork> work = gather_tiles(workspace->bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);

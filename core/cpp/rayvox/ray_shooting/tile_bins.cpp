@@ -96,6 +96,18 @@ void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, co
   }
 }
 
+void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry) {
+  const TileAddresses addresses(geometry);
+  TileBin& bin = bin_of(from, addresses);
+  bin.segments.push_back(Segment::make(ray, addresses.within_tile(from), crossings));
+  bin.crossings += static_cast<std::uint64_t>(crossings);
+}
+
+void TileBins::add_end(const Cell& cell, const MapGeometry& geometry) {
+  const TileAddresses addresses(geometry);
+  bin_of(cell, addresses).ends.push_back(addresses.within_tile(cell));
+}
+
 std::size_t TileBins::bytes() const {
   std::size_t total = 0;
   for (const std::vector<TileBin>* bins : {&bins_, &spare_}) {

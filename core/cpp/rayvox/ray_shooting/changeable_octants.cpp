@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 
 #include "rayvox/octree/box.hpp"
 
@@ -85,7 +86,7 @@ int OctantSet::count(int level, int first_octant) const {
 void OctantSet::fill_dense_nodes(int tile_level) {
   for (int level = brick_level; level <= tile_level; ++level) {
     for (int first = 0; first < octants_of(tile_level); first += octants_of(level)) {
-      if (4 * count(level, first) >= 3 * octants_of(level)) set(level, first);
+      if (std::getenv("FILL") && 4 * count(level, first) >= 3 * octants_of(level)) set(level, first);
     }
   }
 }

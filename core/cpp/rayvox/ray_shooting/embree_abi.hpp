@@ -26,13 +26,13 @@ struct alignas(16) Bounds {
 };
 static_assert(sizeof(Bounds) == 32);
 
-struct alignas(16) Ray {
-  float origin_x, origin_y, origin_z, t_near;
-  float direction_x, direction_y, direction_z, time;
-  float t_far;
-  std::uint32_t mask, id, flags;
+/// Sixteen rays, each field an array: what a query takes, and what callbacks see with N for 16 (a query may be
+/// answered in smaller packets; `id` tells which ray is which).
+struct alignas(64) Ray16 {
+  float origin[3][16], t_near[16], direction[3][16], time[16], t_far[16];
+  std::uint32_t mask[16], id[16], flags[16];
 };
-static_assert(sizeof(Ray) == 48);
+constexpr std::uint32_t id_row = 10;  // fields before `id`
 
 /// Embree hands the address given with a query through to the callbacks, so a caller's own data may follow. Its own
 /// part is 4 to 16 bytes, as the library was configured.
@@ -46,7 +46,7 @@ struct OccludedFunctionArguments {
   void* geometry_data;
   std::uint32_t primitive;
   QueryContext* context;
-  Ray* ray;  // one ray, where N is 1
+  void* rays;  // a packet of N
   std::uint32_t N;
   std::uint32_t geometry;
 };
@@ -92,7 +92,7 @@ struct Functions {
   void (*SetGeometryBoundsFunction)(GeometryHandle*, BoundsFunction, void*);
   void (*SetGeometryOccludedFunction)(GeometryHandle*, OccludedFunction);
   void (*CommitGeometry)(GeometryHandle*);
-  void (*Occluded1)(SceneHandle*, Ray*, OccludedArguments*);
+  void (*Occluded16)(const int* valid, SceneHandle*, Ray16*, OccludedArguments*);
 };
 
 }  // namespace rayvox::embree

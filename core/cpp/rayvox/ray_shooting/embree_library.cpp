@@ -43,7 +43,7 @@ EmbreeLibrary::EmbreeLibrary(void* handle, const std::string& path) {
   RAYVOX_RESOLVE(SetGeometryBoundsFunction);
   RAYVOX_RESOLVE(SetGeometryOccludedFunction);
   RAYVOX_RESOLVE(CommitGeometry);
-  RAYVOX_RESOLVE(Occluded1);
+  RAYVOX_RESOLVE(Occluded16);
 #undef RAYVOX_RESOLVE
   device_ = functions_.NewDevice(nullptr);
   if (!device_) throw EngineUnavailable(path + " made no device" + remedy);

@@ -34,7 +34,7 @@ void write_bounds(const embree::BoundsFunctionArguments* arguments) {
 
 // Few nodes that rays no longer need are cheaper than a rebuild.
 bool mostly_stale(const OctantSet& covered, const OctantSet& needed) {
-  return covered.count() > 2 * needed.count() + 16;
+  return covered.count() > needed.count();
 }
 
 }  // namespace
@@ -120,7 +120,7 @@ void EmbreeRegions::commit(Region& region) {
     call.SetGeometryBuildQuality(region.geometry, embree::quality_low);
     call.SetGeometryUserData(region.geometry, &region);
     call.SetGeometryBoundsFunction(region.geometry, write_bounds, nullptr);
-    call.SetGeometryOccludedFunction(region.geometry, take_candidate);
+    call.SetGeometryOccludedFunction(region.geometry, take_candidates);
     call.AttachGeometryByID(scene_, region.geometry, region.id);
   }
   call.SetGeometryUserPrimitiveCount(region.geometry, static_cast<std::uint32_t>(region.nodes.size()));

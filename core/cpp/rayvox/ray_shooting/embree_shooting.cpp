@@ -4,12 +4,17 @@
 #include <cstdlib>
 
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/ray_shooting/direction_order.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
+#include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 namespace {
 
-constexpr std::size_t rays_per_chunk = 1024;
+constexpr std::size_t packet_width = RayPacket::width;
+constexpr std::size_t packets_per_chunk = 64;
+// Shorter ways along an axis leave float32's range when inverted.
+constexpr double least_direction = 0x1p-40;
 
 int cells_apart(const Cell& a, const Cell& b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
@@ -20,72 +25,134 @@ bool in_node(const Cell& cell, const ChangeableNode& node) {
           (cell[2] ^ node.first[2]) >> node.level) == 0;
 }
 
-// One ray on its way through the scene; Embree carries it to the callback.
-struct Query : embree::QueryContext {
-  Query(const Ray& ray, std::size_t ray_index, const MapGeometry& map_geometry, TileBins& worker_bins)
-      : start(ray), index(ray_index), geometry(map_geometry), bins(worker_bins) {}
+// One packet on its way through the scene; Embree carries it to the callback.
+class Query : public embree::QueryContext {
+ public:
+  Query(const ScanRays& rays, const MapGeometry& geometry, const Kernels& kernels, TileBins& bins)
+      : rays_(rays), geometry_(geometry), kernels_(kernels), bins_(bins), start_(MapGeometry::cell_of(rays.origin)) {}
 
-  const RayWalker start;
-  const std::size_t index;
-  const MapGeometry& geometry;
-  TileBins& bins;
+  /// Lines up the rays with these indices, at most a packet; a bit is set for each that leaves its first cell.
+  std::uint32_t line_up(const std::uint32_t* indices, std::size_t count) {
+    std::uint32_t moving = 0;
+    packet_.exact_only = 0;
+    for (std::size_t lane = 0; lane < packet_width; ++lane) {
+      indices_[lane] = indices[std::min(lane, count - 1)];
+      std::int32_t apart = 0;
+      bool hardly_moves = false;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double end = rays_.end[axis][indices_[lane]], d = end - rays_.origin[static_cast<int>(axis)];
+        const std::int32_t cells = floor_to_cell(end) - start_[axis];
+        packet_.direction[axis][lane] = static_cast<float>(d);
+        packet_.inverse[axis][lane] = std::abs(d) < least_direction ? 0 : static_cast<float>(1 / d);
+        packet_.end_cell[axis][lane] = static_cast<float>(cells);
+        hardly_moves |= std::abs(d) < least_direction && d != 0;
+        apart |= cells;
+      }
+      packet_.exact_only |= static_cast<std::uint32_t>(hardly_moves) << lane;
+      moving |= static_cast<std::uint32_t>(apart != 0 && lane < count) << lane;
+    }
+    return moving;
+  }
 
-  // The ray's part inside the node, tile by tile.
-  void add(const ChangeableNode& node) const {
-    RayWalker walker = start;
+  Cell end_cell(std::size_t lane) const { return MapGeometry::cell_of(rays_[indices_[lane]].end); }
+
+  /// The packet as Embree takes it.
+  embree::Ray16 relative_to(const Cell& anchor) const {
+    embree::Ray16 shot;
+    for (std::uint32_t lane = 0; lane < packet_width; ++lane) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        shot.origin[axis][lane] = static_cast<float>(rays_.origin[static_cast<int>(axis)] - anchor[axis]);
+        shot.direction[axis][lane] = static_cast<float>(packet_.direction[axis][lane]);
+      }
+      shot.t_near[lane] = shot.time[lane] = 0;
+      shot.t_far[lane] = 1;
+      shot.mask[lane] = 0xffffffff;
+      shot.id[lane] = lane;
+      shot.flags[lane] = 0;
+    }
+    return shot;
+  }
+
+  /// Takes down the parts of these rays (a bit each) that lie inside the node.
+  void add(const ChangeableNode& node, std::uint32_t lanes) {
+    if (node.level > geometry_.tile_level()) {
+      for (; lanes; lanes &= lanes - 1) add_exactly(node, static_cast<std::size_t>(__builtin_ctz(lanes)));
+      return;
+    }
+    NodeBox box;
+    box.size = static_cast<float>(std::int64_t{1} << node.level);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double low = node.first[axis] - rays_.origin[static_cast<int>(axis)];
+      box.first[axis] = static_cast<float>(node.first[axis] - start_[axis]);
+      box.low[axis] = static_cast<float>(low);
+      box.high[axis] = static_cast<float>(node.first[axis] + static_cast<double>(box.size) - rays_.origin[static_cast<int>(axis)]);
+    }
+    PassedNode passed;
+    kernels_.pass_node(packet_, box, lanes, passed);
+    bins_.add_segments(indices_, passed, node.first, geometry_);
+    for (std::uint32_t left = passed.doubtful; left; left &= left - 1) {
+      add_exactly(node, static_cast<std::size_t>(__builtin_ctz(left)));
+    }
+  }
+
+ private:
+  // One ray, tile by tile.
+  void add_exactly(const ChangeableNode& node, std::size_t lane) {
+    RayWalker walker(rays_[indices_[lane]]);
     if (!walker.enter_block(node.first, node.level)) return;
-    const int level = std::min(node.level, geometry.tile_level());
+    const int level = std::min(node.level, geometry_.tile_level());
     for (bool last = false; !last && in_node(walker.cell(), node);) {
       const Cell before = walker.cell();
       last = walker.end_in_block(level);
       if (!last) walker.leave_block(level);
       const int crossings = cells_apart(before, last ? walker.end_cell() : walker.cell());
-      if (crossings) bins.add_segment(index, before, crossings, geometry);
+      if (crossings) bins_.add_segment(indices_[lane], before, crossings, geometry_);
     }
   }
-};
 
-embree::Ray relative_to(const Cell& anchor, const Ray& ray) {
-  const Vec3d direction = ray.direction();
-  return {static_cast<float>(ray.origin.x - anchor[0]),
-          static_cast<float>(ray.origin.y - anchor[1]),
-          static_cast<float>(ray.origin.z - anchor[2]),
-          0,
-          static_cast<float>(direction.x),
-          static_cast<float>(direction.y),
-          static_cast<float>(direction.z),
-          0,
-          1,
-          0xffffffff,
-          0,
-          0};
-}
+  const ScanRays& rays_;
+  const MapGeometry& geometry_;
+  const Kernels& kernels_;
+  TileBins& bins_;
+  const Cell start_;
+  RayPacket packet_;
+  std::uint32_t indices_[packet_width];
+};
 
 }  // namespace
 
-void take_candidate(const embree::OccludedFunctionArguments* arguments) {
-  if (!arguments->valid[0]) return;
+void take_candidates(const embree::OccludedFunctionArguments* arguments) {
+  const auto* ids = static_cast<const std::uint32_t*>(arguments->rays) + embree::id_row * arguments->N;
+  std::uint32_t lanes = 0;
+  for (std::uint32_t i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i]) lanes |= 1u << ids[i];
+  }
   const auto& region = *static_cast<const EmbreeRegions::Region*>(arguments->geometry_data);
-  static_cast<const Query*>(arguments->context)->add(region.nodes[arguments->primitive]);
+  if (lanes) static_cast<Query*>(arguments->context)->add(region.nodes[arguments->primitive], lanes);
 }
 
 void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geometry, const EmbreeRegions& regions,
-                                  int workers, std::vector<TileBins>& bins) {
-  const auto occluded = regions.library().call().Occluded1;
-  const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
-  parallel_for(chunks, workers, [&](std::size_t chunk, int worker) {
+                                  const Kernels& kernels, int workers, std::vector<TileBins>& bins) {
+  const auto occluded = regions.library().call().Occluded16;
+  const std::vector<std::uint32_t> order = order_by_direction(rays, workers);
+  constexpr std::size_t rays_per_chunk = packets_per_chunk * packet_width;
+  parallel_for((order.size() + rays_per_chunk - 1) / rays_per_chunk, workers, [&](std::size_t chunk, int worker) {
     TileBins& own = bins[static_cast<std::size_t>(worker)];
-    const std::size_t last = std::min(rays.count(), (chunk + 1) * rays_per_chunk);
-    for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
-      const Ray ray = rays[i];
-      Query query(ray, i, geometry, own);
-      if (query.start.cell() != query.start.end_cell()) {
-        embree::Ray shot = relative_to(regions.anchor(), ray);
-        embree::OccludedArguments arguments;
-        arguments.context = &query;
-        occluded(regions.scene(), &shot, &arguments);
+    Query query(rays, geometry, kernels, own);
+    const std::size_t last = std::min(order.size(), (chunk + 1) * rays_per_chunk);
+    for (std::size_t first = chunk * rays_per_chunk; first < last; first += packet_width) {
+      const std::size_t count = std::min(packet_width, last - first);
+      const std::uint32_t moving = query.line_up(&order[first], count);
+      alignas(64) int valid[packet_width];
+      for (std::size_t lane = 0; lane < packet_width; ++lane) valid[lane] = moving >> lane & 1 ? -1 : 0;
+      embree::Ray16 shot = query.relative_to(regions.anchor());
+      embree::OccludedArguments arguments;
+      arguments.flags = embree::query_coherent;
+      arguments.context = &query;
+      if (moving) occluded(valid, regions.scene(), &shot, &arguments);
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        if (rays.marks_end[order[first + lane]]) own.add_end(query.end_cell(lane), geometry);
       }
-      if (rays.marks_end[i]) own.add_end(query.start.end_cell(), geometry);
     }
   });
 }

@@ -143,7 +143,7 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine
     regions->follow(map, bounds_of(rays));
     statistics.bvh_node_count = regions->node_count();
     statistics.bvh_s = stage.lap();
-    cut_rays_at_changeable_nodes(rays, map.geometry, *regions, workers, workspace->bins);
+    cut_rays_at_changeable_nodes(rays, map.geometry, *regions, set, workers, workspace->bins);
   } else {
     cut_rays_at_tiles(rays, map.geometry, workers, *workspace);
   }

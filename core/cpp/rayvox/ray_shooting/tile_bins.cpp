@@ -103,6 +103,23 @@ void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, con
   bin.crossings += static_cast<std::uint64_t>(crossings);
 }
 
+void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedNode& passed, const Cell& node,
+                            const MapGeometry& geometry) {
+  if (!passed.lanes) return;
+  const TileAddresses addresses(geometry);
+  TileBin& bin = bin_of(node, addresses);
+  const std::uint32_t lowest = addresses.within_tile(node);
+  for (std::uint32_t lanes = passed.lanes; lanes; lanes &= lanes - 1) {
+    const int lane = __builtin_ctz(lanes);
+    const auto crossings = static_cast<int>(passed.crossings[lane]);
+    if (crossings == 0) continue;
+    const auto place = [&](int axis) { return static_cast<std::uint32_t>(passed.entry[axis][lane]); };
+    const std::uint32_t entry = spread_within_tile[place(0)] | spread_within_tile[place(1)] << 1 | spread_within_tile[place(2)] << 2;
+    bin.segments.push_back(Segment::make(ray_of_lane[lane], lowest | entry, crossings));
+    bin.crossings += static_cast<std::uint64_t>(crossings);
+  }
+}
+
 void TileBins::add_end(const Cell& cell, const MapGeometry& geometry) {
   const TileAddresses addresses(geometry);
   bin_of(cell, addresses).ends.push_back(addresses.within_tile(cell));

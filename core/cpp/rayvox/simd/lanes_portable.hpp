@@ -19,6 +19,7 @@ struct Lanes {
   static Float multiply_add(Float a, Float b, Float c) { return a * b + c; }
   static Float min(Float a, Float b) { return a < b ? a : b; }
   static Float max(Float a, Float b) { return a > b ? a : b; }
+  static Float truncate(Float a) { return static_cast<float>(static_cast<std::int32_t>(a)); }
   static float reduce_min(Float a) { return a; }
   static float reduce_max(Float a) { return a; }
   static Mask less_equal(Float a, Float b) { return a <= b; }

@@ -5,37 +5,43 @@
 #include <vector>
 
 #include "rayvox/octree/map_snapshot.hpp"
+#include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 
-/// A node of the octree that rays may have to pass: 2^level cells from `first` on.
-struct ChangeableNode {
-  Cell first;
+/// A box of cells that rays may have to pass: `size` cells from `low` on, inside one octree node of that level.
+struct ChangeableBox {
+  Cell low, size;
   std::int32_t level;
+
+  bool operator==(const ChangeableBox&) const = default;
+  /// The node's first cell.
+  Cell node() const { return {low[0] >> level << level, low[1] >> level << level, low[2] >> level << level}; }
 };
 
-/// A bit per octant (4x4x4 cells) of one tile, in Morton order.
-class OctantSet {
+/// What of one tile is changeable: per octant (4x4x4 cells, Morton order) the slices along each axis that hold such a
+/// cell. The box between the outermost slices is what rays are tested against; at a wall it is as thin as the wall.
+class ChangeableOctants {
  public:
-  /// The octants below a tile's slot that hold a cell which a miss would change.
-  static OctantSet changeable(const Child& slot, int tile_level, float clamp_min_log_odds);
+  /// Those below a tile's slot.
+  static ChangeableOctants of(const Child& slot, int tile_level, float clamp_min_log_odds, const Kernels& kernels);
 
-  bool contains(const OctantSet& other) const;
+  bool contains(const ChangeableOctants& other) const;
+  /// Octants with any changeable cell.
   int count() const;
-  OctantSet& operator|=(const OctantSet& other);
-  /// Adds the rest of every node, from bricks upwards, of whose octants at least three quarters are in the set: rays
-  /// walk a few cells more and meet far fewer nodes.
-  void fill_dense_nodes(int tile_level);
-  /// The largest nodes whose octants are all in the set.
-  std::vector<ChangeableNode> nodes(const Cell& tile, int tile_level) const;
+  ChangeableOctants& operator|=(const ChangeableOctants& other);
+  /// Their boxes; nodes that are changeable throughout are one.
+  std::vector<ChangeableBox> boxes(const Cell& tile, int tile_level) const;
 
  private:
-  void set(int level, int first_octant);
-  void collect(const Child& slot, int level, int first_octant, float clamp_min_log_odds);
-  int count(int level, int first_octant) const;
-  void split(const Cell& first, int level, int first_octant, std::vector<ChangeableNode>& nodes) const;
+  using Slices = std::uint16_t;  // bits 0 to 3: x, 4 to 7: y, 8 to 11: z
+  static constexpr Slices all_slices = 0xfff;
+  struct Collector;
+  struct Splitter;
 
-  std::uint64_t words_[64] = {};
+  static Slices slices_of(std::uint64_t cells);
+
+  Slices octants_[bricks_per_tile * 8] = {};
 };
 
 }  // namespace rayvox

@@ -24,14 +24,14 @@ class EmbreeRegions {
 
   /// Makes the scene cover every cell of the box that a ray could change, in the map as it was before the revision
   /// that is being made. Uses all threads.
-  void follow(const MapSnapshot& map, const CellBox& box);
+  void follow(const MapSnapshot& map, const CellBox& box, const Kernels& kernels);
 
   const EmbreeLibrary& library() const { return library_; }
   embree::SceneHandle* scene() const { return scene_; }
   /// The cell that the scene's coordinates count from.
   const Cell& anchor() const { return frame_.anchor; }
   /// Boxes in the scene.
-  std::size_t node_count() const { return node_count_; }
+  std::size_t box_count() const { return box_count_; }
 
   /// Where the boxes lie: float32 voxel units from an anchor near the scans, so that a map far from its origin is as
   /// exact as one at it; widened by more than the rounding of rays and traversal within `reach` voxels of the anchor.
@@ -43,8 +43,8 @@ class EmbreeRegions {
   /// The boxes of one geometry.
   struct Region {
     const Frame* frame;
-    std::vector<ChangeableNode> nodes;
-    OctantSet covered;
+    std::vector<ChangeableBox> boxes;
+    ChangeableOctants covered;
     std::uint64_t revision = 0;  // of the map when `covered` was last found to do
     std::uint64_t last_used = 0;
     std::uint32_t id = 0;
@@ -56,7 +56,7 @@ class EmbreeRegions {
   struct FoundTile;
   void keep_within_reach(const CellBox& box);
   void find(const MapSnapshot& map, const CellBox& box, std::vector<FoundTile>& tiles,
-            std::vector<ChangeableNode>& coarse) const;
+            std::vector<ChangeableBox>& coarse) const;
   void commit(Region& region);
   bool forget_unused();
   void clear();
@@ -68,7 +68,7 @@ class EmbreeRegions {
   std::unordered_map<std::uint64_t, std::unique_ptr<Region>> tiles_;  // by Morton code, in tiles
   std::vector<std::uint32_t> free_ids_;
   std::uint32_t next_id_ = 0;
-  std::size_t node_count_ = 0;
+  std::size_t box_count_ = 0;
 };
 
 }  // namespace rayvox

@@ -20,9 +20,8 @@ int cells_apart(const Cell& a, const Cell& b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
 }
 
-bool in_node(const Cell& cell, const ChangeableNode& node) {
-  return ((cell[0] ^ node.first[0]) >> node.level | (cell[1] ^ node.first[1]) >> node.level |
-          (cell[2] ^ node.first[2]) >> node.level) == 0;
+bool in_node(const Cell& cell, const Cell& node, int level) {
+  return ((cell[0] ^ node[0]) >> level | (cell[1] ^ node[1]) >> level | (cell[2] ^ node[2]) >> level) == 0;
 }
 
 // One packet on its way through the scene; Embree carries it to the callback.
@@ -73,40 +72,47 @@ class Query : public embree::QueryContext {
     return shot;
   }
 
-  /// Takes down the parts of these rays (a bit each) that lie inside the node.
-  void add(const ChangeableNode& node, std::uint32_t lanes) {
-    if (node.level > geometry_.tile_level()) {
-      for (; lanes; lanes &= lanes - 1) add_exactly(node, static_cast<std::size_t>(__builtin_ctz(lanes)));
+  /// Takes down the parts of these rays (a bit each) that lie inside the box.
+  void add(const ChangeableBox& box, std::uint32_t lanes) {
+    if (box.level > geometry_.tile_level()) {
+      add_exactly(box, lanes);
       return;
     }
-    NodeBox box;
-    box.size = static_cast<float>(std::int64_t{1} << node.level);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double low = node.first[axis] - rays_.origin[static_cast<int>(axis)];
-      box.first[axis] = static_cast<float>(node.first[axis] - start_[axis]);
-      box.low[axis] = static_cast<float>(low);
-      box.high[axis] = static_cast<float>(node.first[axis] + static_cast<double>(box.size) - rays_.origin[static_cast<int>(axis)]);
-    }
-    PassedNode passed;
-    kernels_.pass_node(packet_, box, lanes, passed);
-    bins_.add_segments(indices_, passed, node.first, geometry_);
-    for (std::uint32_t left = passed.doubtful; left; left &= left - 1) {
-      add_exactly(node, static_cast<std::size_t>(__builtin_ctz(left)));
-    }
+    PassedBox passed;
+    kernels_.pass_box(packet_, seen_from_origin(box), lanes, passed);
+    bins_.add_segments(indices_, passed, box.low, geometry_);
+    add_exactly(box, passed.doubtful);
   }
 
  private:
-  // One ray, tile by tile.
-  void add_exactly(const ChangeableNode& node, std::size_t lane) {
-    RayWalker walker(rays_[indices_[lane]]);
-    if (!walker.enter_block(node.first, node.level)) return;
-    const int level = std::min(node.level, geometry_.tile_level());
-    for (bool last = false; !last && in_node(walker.cell(), node);) {
-      const Cell before = walker.cell();
-      last = walker.end_in_block(level);
-      if (!last) walker.leave_block(level);
-      const int crossings = cells_apart(before, last ? walker.end_cell() : walker.cell());
-      if (crossings) bins_.add_segment(indices_[lane], before, crossings, geometry_);
+  PacketBox seen_from_origin(const ChangeableBox& box) const {
+    PacketBox seen;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double origin = rays_.origin[static_cast<int>(axis)];
+      seen.first[axis] = static_cast<float>(box.low[axis] - start_[axis]);
+      seen.size[axis] = static_cast<float>(box.size[axis]);
+      // Rounded once, so that the distance to a border close by keeps its relative precision.
+      seen.low[axis] = static_cast<float>(box.low[axis] - origin);
+      seen.high[axis] = static_cast<float>(box.low[axis] + box.size[axis] - origin);
+    }
+    return seen;
+  }
+
+  // The rays' parts inside the box's node, tile by tile.
+  void add_exactly(const ChangeableBox& box, std::uint32_t lanes) {
+    const Cell node = box.node();
+    const int level = std::min(box.level, geometry_.tile_level());
+    for (; lanes; lanes &= lanes - 1) {
+      const std::uint32_t ray = indices_[__builtin_ctz(lanes)];
+      RayWalker walker(rays_[ray]);
+      if (!walker.enter_block(node, box.level)) continue;
+      for (bool last = false; !last && in_node(walker.cell(), node, box.level);) {
+        const Cell before = walker.cell();
+        last = walker.end_in_block(level);
+        if (!last) walker.leave_block(level);
+        const int crossings = cells_apart(before, last ? walker.end_cell() : walker.cell());
+        if (crossings) bins_.add_segment(ray, before, crossings, geometry_);
+      }
     }
   }
 
@@ -128,7 +134,7 @@ void take_candidates(const embree::OccludedFunctionArguments* arguments) {
     if (arguments->valid[i]) lanes |= 1u << ids[i];
   }
   const auto& region = *static_cast<const EmbreeRegions::Region*>(arguments->geometry_data);
-  if (lanes) static_cast<Query*>(arguments->context)->add(region.nodes[arguments->primitive], lanes);
+  if (lanes) static_cast<Query*>(arguments->context)->add(region.boxes[arguments->primitive], lanes);
 }
 
 void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geometry, const EmbreeRegions& regions,

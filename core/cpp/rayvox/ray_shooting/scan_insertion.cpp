@@ -140,8 +140,8 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine
   const WorkspaceLease workspace(workers);
   if (engine == Engine::embree) {
     if (!regions) regions = std::make_unique<EmbreeRegions>();
-    regions->follow(map, bounds_of(rays));
-    statistics.bvh_node_count = regions->node_count();
+    regions->follow(map, bounds_of(rays), set);
+    statistics.bvh_box_count = regions->box_count();
     statistics.bvh_s = stage.lap();
     cut_rays_at_changeable_nodes(rays, map.geometry, *regions, set, workers, workspace->bins);
   } else {

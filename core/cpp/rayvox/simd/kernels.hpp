@@ -36,16 +36,16 @@ struct alignas(64) RayPacket {
   float end_cell[3][width];                      // counted from the cell of the origin
   std::uint32_t exact_only = 0;                  // rays (a bit each) that float32 cannot tell from axis-parallel ones
 };
-/// An octree node as such a packet sees it.
-struct NodeBox {
+/// A box of cells inside an octree node, as such a packet sees it.
+struct PacketBox {
   float first[3];          // lowest cell, counted from the cell of the origin
   float low[3], high[3];  // borders, voxel units from the origin
-  float size;
+  float size[3];
 };
-/// For each of `lanes` (a bit per ray): the cell, counted from the node's lowest, in which the ray enters the node, and
-/// how many borders it crosses from there, the one by which it leaves the node included. Rays for which rounding could
+/// For each of `lanes` (a bit per ray): the cell, counted from the box's lowest, in which the ray enters the box, and
+/// how many borders it crosses from there, the one by which it leaves the box included. Rays for which rounding could
 /// change that are in `doubtful` instead.
-struct alignas(64) PassedNode {
+struct alignas(64) PassedBox {
   float entry[3][RayPacket::width], crossings[RayPacket::width];
   std::uint32_t lanes, doubtful;
 };
@@ -67,8 +67,10 @@ struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
   void (*walk_segments)(const TileSegments&, TileMarks&);
-  /// Which of a packet's rays (a bit each) pass a node, and where (ray_shooting/packet_pass.inc.hpp).
-  void (*pass_node)(const RayPacket&, const NodeBox&, std::uint32_t lanes, PassedNode&);
+  /// Which of a packet's rays (a bit each) pass a box, and where (ray_shooting/packet_pass.inc.hpp).
+  void (*pass_box)(const RayPacket&, const PacketBox&, std::uint32_t lanes, PassedBox&);
+  /// A bit for each of an octant's 64 log-odds above the bound (ray_shooting/cells_above.inc.hpp).
+  std::uint64_t (*cells_above)(const float* log_odds, float bound);
   /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if
   /// there are none.
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);

@@ -11,6 +11,7 @@ namespace {
 #include "rayvox/simd/lanes_avx2.hpp"
 // clang-format off
 #include "rayvox/octree/octant_update.inc.hpp"
+#include "rayvox/ray_shooting/cells_above.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 #include "rayvox/ray_shooting/packet_pass.inc.hpp"
 // clang-format on
@@ -36,6 +37,6 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"avx2", walk_segments<Lanes>, pass_node<Lanes>, take_marks, update_octant<Lanes>};
+const Kernels table{"avx2", walk_segments<Lanes>, pass_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
 
 }  // namespace rayvox::avx2

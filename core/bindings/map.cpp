@@ -50,7 +50,7 @@ void bind_map(nb::module_& m) {
       .def_ro("tile_count", &ScanStatistics::tile_count)
       .def_ro("brick_count", &ScanStatistics::brick_count)
       .def_ro("voxels_changed", &ScanStatistics::voxels_changed)
-      .def_ro("bvh_box_count", &ScanStatistics::bvh_box_count)
+      .def_ro("bvh_node_count", &ScanStatistics::bvh_node_count)
       .def_ro("bvh_s", &ScanStatistics::bvh_s)
       .def_ro("cut_s", &ScanStatistics::cut_s)
       .def_ro("shoot_s", &ScanStatistics::shoot_s)

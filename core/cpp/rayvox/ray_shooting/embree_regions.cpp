@@ -14,17 +14,19 @@ namespace {
 
 constexpr float least_reach = 4096;
 // Some hundred bytes each in Embree's hierarchy.
-constexpr std::size_t most_boxes_kept = std::size_t{1} << 18;
+constexpr std::size_t most_nodes_kept = std::size_t{1} << 20;
 
 void write_bounds(const embree::BoundsFunctionArguments* arguments) {
   const auto& region = *static_cast<const EmbreeRegions::Region*>(arguments->geometry_data);
-  const ChangeableBox& box = region.boxes[arguments->primitive];
+  const ChangeableNode& node = region.nodes[arguments->primitive];
+  const std::int32_t whole = std::int32_t{1} << node.level;
+  const OctantBox box = ~node.cells ? box_around(node.cells) : OctantBox{{0, 0, 0}, {whole, whole, whole}};
   const EmbreeRegions::Frame& frame = *region.frame;
   const float farthest = 2 * frame.reach;
   float lower[3], upper[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // Nodes of unknown space may be larger than float32 counts exactly; no ray of the frame leaves its reach.
-    const double low = static_cast<double>(box.low[axis]) - frame.anchor[axis];
+    const double low = static_cast<double>(node.first[axis]) - frame.anchor[axis] + box.low[axis];
     const double high = low + box.size[axis];
     lower[axis] = static_cast<float>(std::clamp<double>(low, -farthest, farthest)) - frame.widening();
     upper[axis] = static_cast<float>(std::clamp<double>(high, -farthest, farthest)) + frame.widening();
@@ -32,14 +34,9 @@ void write_bounds(const embree::BoundsFunctionArguments* arguments) {
   *arguments->bounds = {lower[0], lower[1], lower[2], 0, upper[0], upper[1], upper[2], 0};
 }
 
-ChangeableBox whole(const Cell& first, int level) {
-  const std::int32_t size = std::int32_t{1} << level;
-  return {first, {size, size, size}, level};
-}
-
-// Few boxes that rays no longer need are cheaper than a rebuild.
-bool mostly_stale(const ChangeableOctants& covered, const ChangeableOctants& needed) {
-  return covered.count() > needed.count();
+// Nodes that rays no longer need are, if few, cheaper than a rebuild.
+bool mostly_stale(const ChangeableCells& covered, const ChangeableCells& needed) {
+  return 2 * covered.octant_count() > 3 * needed.octant_count() + 32;
 }
 
 }  // namespace
@@ -70,8 +67,8 @@ void EmbreeRegions::clear() {
     library_.call().DetachGeometry(scene_, region.id);
     library_.call().ReleaseGeometry(region.geometry);
     region.geometry = nullptr;
-    box_count_ -= region.boxes.size();
-    region.boxes.clear();
+    node_count_ -= region.nodes.size();
+    region.nodes.clear();
   };
   drop(coarse_);
   for (auto& [code, region] : tiles_) {
@@ -98,13 +95,13 @@ void EmbreeRegions::keep_within_reach(const CellBox& box) {
 }
 
 void EmbreeRegions::find(const MapSnapshot& map, const CellBox& box, std::vector<FoundTile>& tiles,
-                         std::vector<ChangeableBox>& coarse) const {
+                         std::vector<ChangeableNode>& coarse) const {
   const int tile_level = map.geometry.tile_level();
   const auto visit = [&](const auto& self, const Child& slot, std::uint64_t slot_revision, int level,
                          const Cell& first) -> void {
     if (!box.overlaps(first, level)) return;
     if (slot.kind() <= Child::Kind::leaf) {
-      if (slot.is_unknown() || slot.leaf_log_odds() > map.model.clamp_min_log_odds) coarse.push_back(whole(first, level));
+      if (slot.is_unknown() || slot.leaf_log_odds() > map.model.clamp_min_log_odds) coarse.push_back({first, level, ~std::uint64_t{0}});
     } else if (level == tile_level) {
       tiles.push_back({&slot, slot_revision, map.geometry.morton_of(first) >> (3 * tile_level), first, nullptr});
     } else {
@@ -128,7 +125,7 @@ void EmbreeRegions::commit(Region& region) {
     call.SetGeometryOccludedFunction(region.geometry, take_candidates);
     call.AttachGeometryByID(scene_, region.geometry, region.id);
   }
-  call.SetGeometryUserPrimitiveCount(region.geometry, static_cast<std::uint32_t>(region.boxes.size()));
+  call.SetGeometryUserPrimitiveCount(region.geometry, static_cast<std::uint32_t>(region.nodes.size()));
   call.CommitGeometry(region.geometry);
   region.rebuild = false;
 }
@@ -136,7 +133,7 @@ void EmbreeRegions::commit(Region& region) {
 void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box, const Kernels& kernels) {
   keep_within_reach(box);
   std::vector<FoundTile> found;
-  std::vector<ChangeableBox> coarse;
+  std::vector<ChangeableNode> coarse;
   find(map, box, found, coarse);
 
   std::vector<FoundTile*> changed;
@@ -159,37 +156,42 @@ void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box, const Ker
   }
 
   const int tile_level = map.geometry.tile_level();
-  std::vector<std::size_t> boxes_before(changed.size());
+  parallel_for(found.size(), [&](std::size_t i, int) {
+    std::vector<std::uint64_t>& freed = found[i].region->freed;
+    std::fill(freed.begin(), freed.end(), 0);
+  });
+  std::vector<std::size_t> nodes_before(changed.size());
   parallel_for(changed.size(), [&](std::size_t i, int) {
     const FoundTile& tile = *changed[i];
     Region& region = *tile.region;
-    boxes_before[i] = region.boxes.size();
-    const ChangeableOctants needed = ChangeableOctants::of(*tile.slot, tile_level, map.model.clamp_min_log_odds, kernels);
+    nodes_before[i] = region.nodes.size();
+    const ChangeableCells needed = ChangeableCells::of(*tile.slot, tile_level, map.model.clamp_min_log_odds, kernels);
     region.revision = map.revision - 1;
     if (!region.rebuild && region.covered.contains(needed) && !mostly_stale(region.covered, needed)) return;
     region.rebuild = true;
     // What was covered may be needed again soon: cells at surfaces go to and fro.
-    ChangeableOctants both = needed;
+    ChangeableCells both = needed;
     both |= region.covered;
     region.covered = mostly_stale(both, needed) ? needed : both;
-    region.boxes = region.covered.boxes(tile.first, tile_level);
+    region.nodes = region.covered.nodes(tile.first, tile_level);
+    region.freed.assign(region.nodes.size(), 0);
   });
 
   bool rebuilt = false;
-  if (!coarse_.geometry || coarse != coarse_.boxes) {
-    box_count_ += coarse.size() - coarse_.boxes.size();
-    coarse_.boxes = std::move(coarse);
+  if (!coarse_.geometry || coarse != coarse_.nodes) {
+    node_count_ += coarse.size() - coarse_.nodes.size();
+    coarse_.nodes = std::move(coarse);
     commit(coarse_);
     rebuilt = true;
   }
   for (std::size_t i = 0; i < changed.size(); ++i) {
     Region& region = *changed[i]->region;
     if (!region.rebuild) continue;
-    box_count_ += region.boxes.size() - boxes_before[i];
+    node_count_ += region.nodes.size() - nodes_before[i];
     commit(region);
     rebuilt = true;
   }
-  if (box_count_ > most_boxes_kept) rebuilt |= forget_unused();
+  if (node_count_ > most_nodes_kept) rebuilt |= forget_unused();
   if (!rebuilt) return;
   library_.call().CommitScene(scene_);
   if (const int error = library_.call().GetDeviceError(library_.device())) {
@@ -209,7 +211,7 @@ bool EmbreeRegions::forget_unused() {
     }
     library_.call().DetachGeometry(scene_, region.id);
     library_.call().ReleaseGeometry(region.geometry);
-    box_count_ -= region.boxes.size();
+    node_count_ -= region.nodes.size();
     free_ids_.push_back(region.id);
     entry = tiles_.erase(entry);
   }

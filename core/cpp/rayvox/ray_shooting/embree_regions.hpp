@@ -9,7 +9,7 @@
 
 #include "rayvox/octree/box.hpp"
 #include "rayvox/octree/map_snapshot.hpp"
-#include "rayvox/ray_shooting/changeable_octants.hpp"
+#include "rayvox/ray_shooting/changeable_cells.hpp"
 #include "rayvox/ray_shooting/embree_library.hpp"
 
 namespace rayvox {
@@ -30,8 +30,8 @@ class EmbreeRegions {
   embree::SceneHandle* scene() const { return scene_; }
   /// The cell that the scene's coordinates count from.
   const Cell& anchor() const { return frame_.anchor; }
-  /// Boxes in the scene.
-  std::size_t box_count() const { return box_count_; }
+  /// Nodes in the scene.
+  std::size_t node_count() const { return node_count_; }
 
   /// Where the boxes lie: float32 voxel units from an anchor near the scans, so that a map far from its origin is as
   /// exact as one at it; widened by more than the rounding of rays and traversal within `reach` voxels of the anchor.
@@ -40,11 +40,12 @@ class EmbreeRegions {
     float reach = 0;
     float widening() const { return reach * 0x1p-19f; }
   };
-  /// The boxes of one geometry.
+  /// The nodes of one geometry.
   struct Region {
     const Frame* frame;
-    std::vector<ChangeableBox> boxes;
-    ChangeableOctants covered;
+    std::vector<ChangeableNode> nodes;
+    std::vector<std::uint64_t> freed;  // per octant, the cells that a ray of the current scan passed
+    ChangeableCells covered;
     std::uint64_t revision = 0;  // of the map when `covered` was last found to do
     std::uint64_t last_used = 0;
     std::uint32_t id = 0;
@@ -56,7 +57,7 @@ class EmbreeRegions {
   struct FoundTile;
   void keep_within_reach(const CellBox& box);
   void find(const MapSnapshot& map, const CellBox& box, std::vector<FoundTile>& tiles,
-            std::vector<ChangeableBox>& coarse) const;
+            std::vector<ChangeableNode>& coarse) const;
   void commit(Region& region);
   bool forget_unused();
   void clear();
@@ -68,7 +69,7 @@ class EmbreeRegions {
   std::unordered_map<std::uint64_t, std::unique_ptr<Region>> tiles_;  // by Morton code, in tiles
   std::vector<std::uint32_t> free_ids_;
   std::uint32_t next_id_ = 0;
-  std::size_t box_count_ = 0;
+  std::size_t node_count_ = 0;
 };
 
 }  // namespace rayvox

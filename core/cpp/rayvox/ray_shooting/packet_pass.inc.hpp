@@ -75,6 +75,7 @@ struct BoxPass {
       const F part_in = subtract(in, cell_in), part_out = subtract(out, cell_out);
       doubts = L::either(doubts, L::either(near_border(part_in, doubt), near_border(part_out, doubt)));
       L::store(passed.entry[axis] + first, cell_in);
+      L::store(passed.exit[axis] + first, cell_out);
       crossings = L::add(crossings, L::max(subtract(cell_out, cell_in), subtract(cell_in, cell_out)));
     }
     L::store(passed.crossings + first, crossings);
@@ -97,4 +98,31 @@ static void pass_box(const RayPacket& rays, const PacketBox& box, std::uint32_t 
   }
   passed.doubtful = lanes & ((doubtful & ~missed) | rays.exact_only);
   passed.lanes = lanes & ~missed & ~doubtful & ~rays.exact_only;
+}
+
+template <class L>
+static std::uint32_t near_box(const RayPacket& rays, const PacketBox& box) {
+  using F = typename L::Float;
+  float farthest = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = __builtin_fabsf(box.low[axis]), high = __builtin_fabsf(box.high[axis]);
+    farthest = farthest < low ? low : farthest;
+    farthest = farthest < high ? high : farthest;
+  }
+  const float margin = 4 * farthest * place_error;
+  std::uint32_t near = rays.exact_only;
+  for (int first = 0; first < RayPacket::width; first += L::width) {
+    F t_enter = L::broadcast(0.0f), t_leave = L::broadcast(1.0f);
+    for (int axis = 0; axis < 3; ++axis) {
+      const F inverse = L::load(rays.inverse[axis] + first), direction = L::load(rays.direction[axis] + first);
+      const F a = BoxPass<L>::multiply(L::broadcast(box.low[axis] - margin), inverse);
+      const F b = BoxPass<L>::multiply(L::broadcast(box.high[axis] + margin), inverse);
+      // A ray along the border plane of an axis has no crossing there: only the others decide.
+      const auto still = L::equal(direction, L::broadcast(0.0f));
+      t_enter = L::max(t_enter, L::select(still, L::broadcast(0.0f), L::min(a, b)));
+      t_leave = L::min(t_leave, L::select(still, L::broadcast(1.0f), L::max(a, b)));
+    }
+    near |= L::bits(L::less_equal(t_enter, L::multiply_add(t_leave, L::broadcast(1 + 0x1p-20f), L::broadcast(0x1p-20f)))) << first;
+  }
+  return near;
 }

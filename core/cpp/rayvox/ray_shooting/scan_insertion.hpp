@@ -22,7 +22,7 @@ struct ScanStatistics {
   std::uint64_t tile_count = 0;
   std::uint64_t brick_count = 0;     // bricks marked by any ray
   std::uint64_t voxels_changed = 0;  // log-odds changed or newly known
-  std::uint64_t bvh_box_count = 0;  // boxes in the Embree engine's scene
+  std::uint64_t bvh_node_count = 0;  // boxes in the Embree engine's scene
   double bvh_s = 0;                  // bringing that scene up to date
   double cut_s = 0, shoot_s = 0, update_s = 0, total_s = 0;
 };

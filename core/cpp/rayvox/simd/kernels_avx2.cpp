@@ -37,6 +37,6 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"avx2", walk_segments<Lanes>, pass_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
+const Kernels table{"avx2", walk_segments<Lanes>, pass_box<Lanes>, near_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
 
 }  // namespace rayvox::avx2

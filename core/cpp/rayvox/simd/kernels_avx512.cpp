@@ -34,6 +34,6 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"avx512", walk_segments<Lanes>, pass_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
+const Kernels table{"avx512", walk_segments<Lanes>, pass_box<Lanes>, near_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
 
 }  // namespace rayvox::avx512

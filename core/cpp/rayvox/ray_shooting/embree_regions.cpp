@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 
 #include "rayvox/error.hpp"
@@ -12,6 +13,7 @@
 namespace rayvox {
 namespace {
 
+int finest_level() { static int l = std::getenv("LVL") ? std::atoi(std::getenv("LVL")) : 3; return l; }
 constexpr float least_reach = 4096;
 // Some hundred bytes each in Embree's hierarchy.
 constexpr std::size_t most_nodes_kept = std::size_t{1} << 20;
@@ -19,15 +21,13 @@ constexpr std::size_t most_nodes_kept = std::size_t{1} << 20;
 void write_bounds(const embree::BoundsFunctionArguments* arguments) {
   const auto& region = *static_cast<const EmbreeRegions::Region*>(arguments->geometry_data);
   const ChangeableNode& node = region.nodes[arguments->primitive];
-  const std::int32_t whole = std::int32_t{1} << node.level;
-  const OctantBox box = ~node.cells ? box_around(node.cells) : OctantBox{{0, 0, 0}, {whole, whole, whole}};
   const EmbreeRegions::Frame& frame = *region.frame;
   const float farthest = 2 * frame.reach;
   float lower[3], upper[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // Nodes of unknown space may be larger than float32 counts exactly; no ray of the frame leaves its reach.
-    const double low = static_cast<double>(node.first[axis]) - frame.anchor[axis] + box.low[axis];
-    const double high = low + box.size[axis];
+    const double low = static_cast<double>(node.first[axis]) - frame.anchor[axis];
+    const double high = low + static_cast<double>(std::int64_t{1} << node.level);
     lower[axis] = static_cast<float>(std::clamp<double>(low, -farthest, farthest)) - frame.widening();
     upper[axis] = static_cast<float>(std::clamp<double>(high, -farthest, farthest)) + frame.widening();
   }
@@ -35,8 +35,8 @@ void write_bounds(const embree::BoundsFunctionArguments* arguments) {
 }
 
 // Nodes that rays no longer need are, if few, cheaper than a rebuild.
-bool mostly_stale(const ChangeableCells& covered, const ChangeableCells& needed) {
-  return 2 * covered.octant_count() > 3 * needed.octant_count() + 32;
+bool mostly_stale(const OctantSet& covered, const OctantSet& needed) {
+  return 20 * covered.count() > 21 * needed.count();
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ void EmbreeRegions::find(const MapSnapshot& map, const CellBox& box, std::vector
                          const Cell& first) -> void {
     if (!box.overlaps(first, level)) return;
     if (slot.kind() <= Child::Kind::leaf) {
-      if (slot.is_unknown() || slot.leaf_log_odds() > map.model.clamp_min_log_odds) coarse.push_back({first, level, ~std::uint64_t{0}});
+      if (slot.is_unknown() || slot.leaf_log_odds() > map.model.clamp_min_log_odds) coarse.push_back({first, level});
     } else if (level == tile_level) {
       tiles.push_back({&slot, slot_revision, map.geometry.morton_of(first) >> (3 * tile_level), first, nullptr});
     } else {
@@ -130,7 +130,7 @@ void EmbreeRegions::commit(Region& region) {
   region.rebuild = false;
 }
 
-void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box, const Kernels& kernels) {
+void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box) {
   keep_within_reach(box);
   std::vector<FoundTile> found;
   std::vector<ChangeableNode> coarse;
@@ -156,25 +156,21 @@ void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box, const Ker
   }
 
   const int tile_level = map.geometry.tile_level();
-  parallel_for(found.size(), [&](std::size_t i, int) {
-    std::vector<std::uint64_t>& freed = found[i].region->freed;
-    std::fill(freed.begin(), freed.end(), 0);
-  });
   std::vector<std::size_t> nodes_before(changed.size());
   parallel_for(changed.size(), [&](std::size_t i, int) {
     const FoundTile& tile = *changed[i];
     Region& region = *tile.region;
     nodes_before[i] = region.nodes.size();
-    const ChangeableCells needed = ChangeableCells::of(*tile.slot, tile_level, map.model.clamp_min_log_odds, kernels);
+    OctantSet needed = OctantSet::changeable(*tile.slot, tile_level, map.model.clamp_min_log_odds);
+    needed.fill_nodes(std::min(finest_level(), tile_level), tile_level);
     region.revision = map.revision - 1;
     if (!region.rebuild && region.covered.contains(needed) && !mostly_stale(region.covered, needed)) return;
     region.rebuild = true;
     // What was covered may be needed again soon: cells at surfaces go to and fro.
-    ChangeableCells both = needed;
+    OctantSet both = needed;
     both |= region.covered;
     region.covered = mostly_stale(both, needed) ? needed : both;
     region.nodes = region.covered.nodes(tile.first, tile_level);
-    region.freed.assign(region.nodes.size(), 0);
   });
 
   bool rebuilt = false;

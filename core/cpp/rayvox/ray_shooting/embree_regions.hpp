@@ -9,7 +9,7 @@
 
 #include "rayvox/octree/box.hpp"
 #include "rayvox/octree/map_snapshot.hpp"
-#include "rayvox/ray_shooting/changeable_cells.hpp"
+#include "rayvox/ray_shooting/changeable_nodes.hpp"
 #include "rayvox/ray_shooting/embree_library.hpp"
 
 namespace rayvox {
@@ -24,7 +24,7 @@ class EmbreeRegions {
 
   /// Makes the scene cover every cell of the box that a ray could change, in the map as it was before the revision
   /// that is being made. Uses all threads.
-  void follow(const MapSnapshot& map, const CellBox& box, const Kernels& kernels);
+  void follow(const MapSnapshot& map, const CellBox& box);
 
   const EmbreeLibrary& library() const { return library_; }
   embree::SceneHandle* scene() const { return scene_; }
@@ -44,8 +44,7 @@ class EmbreeRegions {
   struct Region {
     const Frame* frame;
     std::vector<ChangeableNode> nodes;
-    std::vector<std::uint64_t> freed;  // per octant, the cells that a ray of the current scan passed
-    ChangeableCells covered;
+    OctantSet covered;
     std::uint64_t revision = 0;  // of the map when `covered` was last found to do
     std::uint64_t last_used = 0;
     std::uint32_t id = 0;

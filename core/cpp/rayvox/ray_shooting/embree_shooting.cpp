@@ -1,13 +1,9 @@
 #include "rayvox/ray_shooting/embree_shooting.hpp"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cstdlib>
-#include <limits>
 
 #include "rayvox/parallel/parallel_for.hpp"
-#include "rayvox/ray_shooting/crossing_order.hpp"
 #include "rayvox/ray_shooting/direction_order.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
 #include "rayvox/simd/kernels.hpp"
@@ -27,64 +23,6 @@ int cells_apart(const Cell& a, const Cell& b) {
 bool in_node(const Cell& cell, const ChangeableNode& node) {
   return ((cell[0] ^ node.first[0]) >> node.level | (cell[1] ^ node.first[1]) >> node.level |
           (cell[2] ^ node.first[2]) >> node.level) == 0;
-}
-
-// A cell's place in its octant.
-std::uint64_t bit_of(const Cell& cell) {
-  static constexpr std::uint8_t spread[4] = {0, 1, 8, 9};
-  return std::uint64_t{1} << (spread[cell[0] & 3] | spread[cell[1] & 3] << 1 | spread[cell[2] & 3] << 2);
-}
-
-// Per axis, the cells of an octant in slices 4 * from + to.
-constexpr auto cells_of_slices = [] {
-  std::array<std::array<std::uint64_t, 16>, 3> table{};
-  for (unsigned cell = 0; cell < 64; ++cell) {
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const unsigned slice = (cell >> axis & 1) | (cell >> (axis + 3) & 1) << 1;
-      for (unsigned from = 0; from <= slice; ++from) {
-        for (unsigned to = slice; to < 4; ++to) table[axis][4 * from + to] |= std::uint64_t{1} << cell;
-      }
-    }
-  }
-  return table;
-}();
-
-// All cells of an octant between two corners, both included.
-std::uint64_t cells_between(const std::int32_t (&low)[3], const std::int32_t (&high)[3]) {
-  std::uint64_t cells = ~std::uint64_t{0};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    cells &= cells_of_slices[axis][static_cast<std::size_t>(4 * low[axis] + high[axis])];
-  }
-  return cells;
-}
-
-// The cells that a ray frees on its way from `cell` over so many borders, all of them in one octant.
-std::uint64_t cells_of_walk(const Ray& ray, Cell cell, int crossings) {
-  const Vec3d direction = ray.direction();
-  const Cell end = MapGeometry::cell_of(ray.end);
-  std::uint64_t cells = 0;
-  while (crossings > 0) {
-    cells |= bit_of(cell);
-    double t[3], first = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      const double border = cell[i] + (direction[axis] > 0 ? 1 : 0);
-      t[axis] = cell[i] == end[i] ? std::numeric_limits<double>::infinity() : (border - ray.origin[axis]) / direction[axis];
-      first = std::min(first, t[axis]);
-    }
-    // Each parameter carries three roundings of 2^-53; closer ones are compared exactly.
-    std::uint8_t axes = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      axes |= static_cast<std::uint8_t>((t[axis] <= first + 0x1p-49 * first) << axis);
-    }
-    if (axes & (axes - 1)) axes = first_axes_to_leave(ray, cell, axes);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (!(axes >> axis & 1)) continue;
-      cell[static_cast<std::size_t>(axis)] += direction[axis] > 0 ? 1 : -1;
-      --crossings;
-    }
-  }
-  return cells;
 }
 
 // One packet on its way through the scene; Embree carries it to the callback.
@@ -141,63 +79,23 @@ class Query : public embree::QueryContext {
       add_exactly(node, lanes);
       return;
     }
-    const std::int32_t size = std::int32_t{1} << node.level;
     PassedBox passed;
-    kernels_.pass_box(packet_, seen_from_origin(node.first, {{0, 0, 0}, {size, size, size}}), lanes, passed);
+    kernels_.pass_box(packet_, seen_from_origin(node), lanes, passed);
     bins_.add_segments(indices_, passed, node.first, geometry_);
     add_exactly(node, passed.doubtful);
   }
 
-  /// Marks the cells of an octant that these rays pass and that no ray has passed yet.
-  void free_cells(const ChangeableNode& octant, std::uint64_t& freed, std::uint32_t lanes) {
-    std::atomic_ref<std::uint64_t> shared(freed);
-    std::uint64_t wanted = octant.cells & ~shared.load(std::memory_order_relaxed);
-    if (!wanted) return;
-    const OctantBox around = box_around(wanted);
-    const PacketBox box = seen_from_origin(octant.first, around);
-    lanes &= kernels_.near_box(packet_, box);
-    if (!lanes) return;
-    PassedBox passed;
-    kernels_.pass_box(packet_, box, lanes, passed);
-    std::uint64_t found = 0;
-    for (std::uint32_t left = passed.lanes; left; left &= left - 1) {
-      const int lane = __builtin_ctz(left);
-      std::int32_t low[3], high[3];
-      Cell entry;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto in = around.low[axis] + static_cast<std::int32_t>(passed.entry[axis][lane]);
-        const auto out = around.low[axis] + static_cast<std::int32_t>(passed.exit[axis][lane]);
-        entry[axis] = octant.first[axis] + in;
-        low[axis] = std::min(in, out);
-        high[axis] = std::max(in, out);
-      }
-      if (!(cells_between(low, high) & wanted)) continue;
-      const std::uint64_t cells = cells_of_walk(rays_[indices_[lane]], entry, static_cast<int>(passed.crossings[lane]));
-      found |= cells;
-      wanted &= ~cells;
-    }
-    for (std::uint32_t left = passed.doubtful; left && wanted; left &= left - 1) {
-      const std::uint64_t cells = cells_passed_exactly(octant, indices_[__builtin_ctz(left)], wanted);
-      found |= cells;
-      wanted &= ~cells;
-    }
-    found &= octant.cells;
-    if (!found) return;
-    const std::uint64_t fresh = found & ~shared.fetch_or(found, std::memory_order_relaxed);
-    if (fresh) bins_.add_free_cells(octant.first, fresh, geometry_);
-  }
-
  private:
-  PacketBox seen_from_origin(const Cell& first, const OctantBox& box) const {
+  PacketBox seen_from_origin(const ChangeableNode& node) const {
     PacketBox seen;
+    seen.size = static_cast<float>(std::int32_t{1} << node.level);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double origin = rays_.origin[static_cast<int>(axis)];
-      const std::int32_t low = first[axis] + box.low[axis];
-      seen.first[axis] = static_cast<float>(low - start_[axis]);
-      seen.size[axis] = static_cast<float>(box.size[axis]);
+      const double low = node.first[axis] - rays_.origin[static_cast<int>(axis)];
+      const double high = node.first[axis] + (std::int32_t{1} << node.level) - rays_.origin[static_cast<int>(axis)];
+      seen.first[axis] = static_cast<float>(node.first[axis] - start_[axis]);
       // Rounded once, so that the distance to a border close by keeps its relative precision.
-      seen.low[axis] = static_cast<float>(low - origin);
-      seen.high[axis] = static_cast<float>(low + box.size[axis] - origin);
+      seen.low[axis] = static_cast<float>(low);
+      seen.high[axis] = static_cast<float>(high);
     }
     return seen;
   }
@@ -219,26 +117,6 @@ class Query : public embree::QueryContext {
     }
   }
 
-  // The cells of the octant, a bit each, that the ray frees; none if it cannot pass a wanted one.
-  std::uint64_t cells_passed_exactly(const ChangeableNode& octant, std::uint32_t ray, std::uint64_t wanted) const {
-    const Cell end = MapGeometry::cell_of(rays_[ray].end);
-    std::int32_t low[3], high[3];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::max(std::min(start_[axis], end[axis]) - octant.first[axis], 0);
-      high[axis] = std::min(std::max(start_[axis], end[axis]) - octant.first[axis], 3);
-      if (low[axis] > high[axis]) return 0;
-    }
-    if (!(cells_between(low, high) & wanted)) return 0;
-    RayWalker walker(rays_[ray]);
-    if (!walker.enter_block(octant.first, octant_level)) return 0;
-    std::uint64_t cells = 0;
-    while (in_node(walker.cell(), octant) && !walker.end_in_block(0)) {
-      cells |= bit_of(walker.cell());
-      walker.leave_block(0);
-    }
-    return cells;
-  }
-
   const ScanRays& rays_;
   const MapGeometry& geometry_;
   const Kernels& kernels_;
@@ -256,15 +134,8 @@ void take_candidates(const embree::OccludedFunctionArguments* arguments) {
   for (std::uint32_t i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i]) lanes |= 1u << ids[i];
   }
-  if (!lanes) return;
-  auto& region = *static_cast<EmbreeRegions::Region*>(arguments->geometry_data);
-  const ChangeableNode& node = region.nodes[arguments->primitive];
-  auto& query = *static_cast<Query*>(arguments->context);
-  if (node.level == octant_level) {
-    query.free_cells(node, region.freed[arguments->primitive], lanes);
-  } else {
-    query.add(node, lanes);
-  }
+  const auto& region = *static_cast<const EmbreeRegions::Region*>(arguments->geometry_data);
+  if (lanes) static_cast<Query*>(arguments->context)->add(region.nodes[arguments->primitive], lanes);
 }
 
 void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geometry, const EmbreeRegions& regions,

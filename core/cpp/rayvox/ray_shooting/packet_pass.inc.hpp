@@ -33,12 +33,12 @@ struct BoxPass {
       const F inverse = L::load(rays.inverse[axis] + first);
       direction[axis] = L::load(rays.direction[axis] + first);
       end[axis] = L::add(L::load(rays.end_cell[axis] + first), L::broadcast(-box.first[axis]));
-      const F size = L::broadcast(box.size[axis]);
+      const F size = L::broadcast(box.size);
       const F t_low = multiply(L::broadcast(box.low[axis]), inverse);
       const F t_high = multiply(L::broadcast(box.high[axis]), inverse);
       const M end_below = less(end[axis], zero), end_above = L::less_equal(size, end[axis]);
       t_in[axis] = L::broadcast(-1.0f);
-      if (box.first[axis] > 0 || box.first[axis] <= -box.size[axis]) {
+      if (box.first[axis] > 0 || box.first[axis] <= -box.size) {
         entered = true;
         t_in[axis] = box.first[axis] > 0 ? t_low : t_high;
         misses = L::either(misses, box.first[axis] > 0 ? end_below : end_above);
@@ -53,18 +53,18 @@ struct BoxPass {
     F crossings = L::select(stays, zero, L::broadcast(1.0f));
     for (int axis = 0; axis < 3; ++axis) {
       const F low = L::broadcast(-box.low[axis]);
-      const F size = L::broadcast(box.size[axis]);
-      const F least = L::broadcast(-doubt), most = L::broadcast(box.size[axis] + doubt);
+      const F size = L::broadcast(box.size);
+      const F least = L::broadcast(-doubt), most = L::broadcast(box.size + doubt);
       F in = L::broadcast(0.5f - box.first[axis]);
       if (entered) {
         const M enters = L::both(unentered, L::equal(t_in[axis], t_enter));
         unentered = L::both(unentered, L::invert(enters));
-        const F near_side = L::broadcast(box.first[axis] > 0 ? 0.5f : box.size[axis] - 0.5f);
+        const F near_side = L::broadcast(box.first[axis] > 0 ? 0.5f : box.size - 0.5f);
         in = L::select(enters, near_side, L::multiply_add(direction[axis], t_enter, low));
       }
       const M leaves = L::both(unleft, L::equal(t_out[axis], t_leave));
       unleft = L::both(unleft, L::invert(leaves));
-      const F far_side = L::select(less(zero, direction[axis]), L::broadcast(box.size[axis] - 0.5f), L::broadcast(0.5f));
+      const F far_side = L::select(less(zero, direction[axis]), L::broadcast(box.size - 0.5f), L::broadcast(0.5f));
       const F moving = L::multiply_add(direction[axis], t_leave, low);
       F out = L::select(stays, L::add(end[axis], L::broadcast(0.5f)), L::select(leaves, far_side, moving));
 
@@ -75,7 +75,6 @@ struct BoxPass {
       const F part_in = subtract(in, cell_in), part_out = subtract(out, cell_out);
       doubts = L::either(doubts, L::either(near_border(part_in, doubt), near_border(part_out, doubt)));
       L::store(passed.entry[axis] + first, cell_in);
-      L::store(passed.exit[axis] + first, cell_out);
       crossings = L::add(crossings, L::max(subtract(cell_out, cell_in), subtract(cell_in, cell_out)));
     }
     L::store(passed.crossings + first, crossings);
@@ -98,31 +97,4 @@ static void pass_box(const RayPacket& rays, const PacketBox& box, std::uint32_t 
   }
   passed.doubtful = lanes & ((doubtful & ~missed) | rays.exact_only);
   passed.lanes = lanes & ~missed & ~doubtful & ~rays.exact_only;
-}
-
-template <class L>
-static std::uint32_t near_box(const RayPacket& rays, const PacketBox& box) {
-  using F = typename L::Float;
-  float farthest = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float low = __builtin_fabsf(box.low[axis]), high = __builtin_fabsf(box.high[axis]);
-    farthest = farthest < low ? low : farthest;
-    farthest = farthest < high ? high : farthest;
-  }
-  const float margin = 4 * farthest * place_error;
-  std::uint32_t near = rays.exact_only;
-  for (int first = 0; first < RayPacket::width; first += L::width) {
-    F t_enter = L::broadcast(0.0f), t_leave = L::broadcast(1.0f);
-    for (int axis = 0; axis < 3; ++axis) {
-      const F inverse = L::load(rays.inverse[axis] + first), direction = L::load(rays.direction[axis] + first);
-      const F a = BoxPass<L>::multiply(L::broadcast(box.low[axis] - margin), inverse);
-      const F b = BoxPass<L>::multiply(L::broadcast(box.high[axis] + margin), inverse);
-      // A ray along the border plane of an axis has no crossing there: only the others decide.
-      const auto still = L::equal(direction, L::broadcast(0.0f));
-      t_enter = L::max(t_enter, L::select(still, L::broadcast(0.0f), L::min(a, b)));
-      t_leave = L::min(t_leave, L::select(still, L::broadcast(1.0f), L::max(a, b)));
-    }
-    near |= L::bits(L::less_equal(t_enter, L::multiply_add(t_leave, L::broadcast(1 + 0x1p-20f), L::broadcast(0x1p-20f)))) << first;
-  }
-  return near;
 }

@@ -84,9 +84,6 @@ void shoot_together(const TileWork& tile, const ScanRays& rays, const MapGeometr
 // The tile's bricks with their marks, end points marked last: within one scan occupied wins.
 std::vector<MarkedBrick> take_marked_bricks(const TileWork& tile, const Kernels& kernels, TileMarks& marks) {
   for (const TileBin* bin : tile.bins) {
-    for (const std::uint32_t cell : bin->free_cells) marks.cell[cell] = TileMarks::free;
-  }
-  for (const TileBin* bin : tile.bins) {
     for (const std::uint32_t end : bin->ends) marks.cell[end] = TileMarks::occupied;
   }
   std::vector<MarkedBrick> bricks;
@@ -143,7 +140,7 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine
   const WorkspaceLease workspace(workers);
   if (engine == Engine::embree) {
     if (!regions) regions = std::make_unique<EmbreeRegions>();
-    regions->follow(map, bounds_of(rays), set);
+    regions->follow(map, bounds_of(rays));
     statistics.bvh_node_count = regions->node_count();
     statistics.bvh_s = stage.lap();
     cut_rays_at_changeable_nodes(rays, map.geometry, *regions, set, workers, workspace->bins);

@@ -47,7 +47,6 @@ class TileAddresses {
 void TileBins::clear() {
   for (TileBin& bin : bins_) {
     bin.segments.clear();
-    bin.free_cells.clear();
     bin.ends.clear();
     bin.crossings = 0;
     spare_.push_back(std::move(bin));
@@ -123,13 +122,6 @@ void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& p
   }
 }
 
-void TileBins::add_free_cells(const Cell& octant, std::uint64_t cells, const MapGeometry& geometry) {
-  const TileAddresses addresses(geometry);
-  TileBin& bin = bin_of(octant, addresses);
-  const std::uint32_t first = addresses.within_tile(octant);
-  for (; cells; cells &= cells - 1) bin.free_cells.push_back(first + static_cast<std::uint32_t>(__builtin_ctzll(cells)));
-}
-
 void TileBins::add_end(const Cell& cell, const MapGeometry& geometry) {
   const TileAddresses addresses(geometry);
   bin_of(cell, addresses).ends.push_back(addresses.within_tile(cell));
@@ -139,7 +131,7 @@ std::size_t TileBins::bytes() const {
   std::size_t total = 0;
   for (const std::vector<TileBin>* bins : {&bins_, &spare_}) {
     for (const TileBin& bin : *bins) {
-      total += bin.segments.capacity() * sizeof(Segment) + (bin.free_cells.capacity() + bin.ends.capacity()) * sizeof(std::uint32_t);
+      total += bin.segments.capacity() * sizeof(Segment) + bin.ends.capacity() * sizeof(std::uint32_t);
     }
   }
   return total;

@@ -16,8 +16,7 @@ namespace rayvox {
 struct TileBin {
   std::uint64_t tile = 0;  // Morton code of the tile's lowest cell, shifted right by 3 * tile_level
   std::vector<Segment> segments;
-  std::vector<std::uint32_t> free_cells;  // Morton codes, within the tile, of cells known to be passed
-  std::vector<std::uint32_t> ends;        // Morton codes, within the tile, of cells that hold an end point
+  std::vector<std::uint32_t> ends;  // Morton codes, within the tile, of cells that hold an end point
   std::uint64_t crossings = 0;
 };
 
@@ -34,8 +33,6 @@ class TileBins {
   /// The parts of a packet's rays inside a box of one tile that starts at `box`.
   void add_segments(const std::uint32_t* ray_of_lane, const PassedBox& passed, const Cell& box,
                     const MapGeometry& geometry);
-  /// Cells (a bit each, Morton order) of the octant that starts at `octant`, found passed without a segment.
-  void add_free_cells(const Cell& octant, std::uint64_t cells, const MapGeometry& geometry);
   /// A cell that holds an end point.
   void add_end(const Cell& cell, const MapGeometry& geometry);
   const std::vector<TileBin>& bins() const { return bins_; }

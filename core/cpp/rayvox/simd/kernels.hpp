@@ -40,13 +40,13 @@ struct alignas(64) RayPacket {
 struct PacketBox {
   float first[3];          // lowest cell, counted from the cell of the origin
   float low[3], high[3];  // borders, voxel units from the origin
-  float size[3];
+  float size;
 };
 /// For each of `lanes` (a bit per ray): the cell, counted from the box's lowest, in which the ray enters the box, and
 /// how many borders it crosses from there, the one by which it leaves the box included. Rays for which rounding could
 /// change that are in `doubtful` instead.
 struct alignas(64) PassedBox {
-  float entry[3][RayPacket::width], exit[3][RayPacket::width], crossings[RayPacket::width];
+  float entry[3][RayPacket::width], crossings[RayPacket::width];
   std::uint32_t lanes, doubtful;
 };
 
@@ -69,10 +69,6 @@ struct Kernels {
   void (*walk_segments)(const TileSegments&, TileMarks&);
   /// Which of a packet's rays (a bit each) pass a box, and where (ray_shooting/packet_pass.inc.hpp).
   void (*pass_box)(const RayPacket&, const PacketBox&, std::uint32_t lanes, PassedBox&);
-  /// Which of a packet's rays come near a box, none missed (ray_shooting/packet_pass.inc.hpp).
-  std::uint32_t (*near_box)(const RayPacket&, const PacketBox&);
-  /// A bit for each of an octant's 64 log-odds above the bound (ray_shooting/cells_above.inc.hpp).
-  std::uint64_t (*cells_above)(const float* log_odds, float bound);
   /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if
   /// there are none.
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);

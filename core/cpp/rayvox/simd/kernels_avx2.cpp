@@ -11,7 +11,6 @@ namespace {
 #include "rayvox/simd/lanes_avx2.hpp"
 // clang-format off
 #include "rayvox/octree/octant_update.inc.hpp"
-#include "rayvox/ray_shooting/cells_above.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 #include "rayvox/ray_shooting/packet_pass.inc.hpp"
 // clang-format on
@@ -37,6 +36,6 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 }  // namespace
 
 extern const Kernels table;
-const Kernels table{"avx2", walk_segments<Lanes>, pass_box<Lanes>, near_box<Lanes>, cells_above<Lanes>, take_marks, update_octant<Lanes>};
+const Kernels table{"avx2", walk_segments<Lanes>, pass_box<Lanes>, take_marks, update_octant<Lanes>};
 
 }  // namespace rayvox::avx2

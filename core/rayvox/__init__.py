@@ -12,13 +12,14 @@ from rayvox.errors import (
     RayvoxError,
 )
 from rayvox.map_snapshot import MapSnapshot
-from rayvox.occupancy_map import OccupancyMap, PreparedScan
+from rayvox.occupancy_map import ENGINES, OccupancyMap, PreparedScan
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "ENGINES",
     "ChangeSet",
     "EngineUnavailableError",
     "InvalidInputError",

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 
 #include "rayvox/error.hpp"
@@ -13,7 +12,6 @@
 namespace rayvox {
 namespace {
 
-int finest_level() { static int l = std::getenv("LVL") ? std::atoi(std::getenv("LVL")) : 3; return l; }
 constexpr float least_reach = 4096;
 // Some hundred bytes each in Embree's hierarchy.
 constexpr std::size_t most_nodes_kept = std::size_t{1} << 20;
@@ -34,9 +32,9 @@ void write_bounds(const embree::BoundsFunctionArguments* arguments) {
   *arguments->bounds = {lower[0], lower[1], lower[2], 0, upper[0], upper[1], upper[2], 0};
 }
 
-// Nodes that rays no longer need are, if few, cheaper than a rebuild.
-bool mostly_stale(const OctantSet& covered, const OctantSet& needed) {
-  return 20 * covered.count() > 21 * needed.count();
+// Nodes that rays no longer need are cheaper than a rebuild while they are few.
+bool mostly_needed(std::uint64_t covered, std::uint64_t needed) {
+  return 8 * std::popcount(covered) <= 9 * std::popcount(needed);
 }
 
 }  // namespace
@@ -101,12 +99,12 @@ void EmbreeRegions::find(const MapSnapshot& map, const CellBox& box, std::vector
                          const Cell& first) -> void {
     if (!box.overlaps(first, level)) return;
     if (slot.kind() <= Child::Kind::leaf) {
-      if (slot.is_unknown() || slot.leaf_log_odds() > map.model.clamp_min_log_odds) coarse.push_back({first, level});
+      if (is_changeable(slot, map.model.clamp_min_log_odds)) coarse.push_back({first, level});
     } else if (level == tile_level) {
       tiles.push_back({&slot, slot_revision, map.geometry.morton_of(first) >> (3 * tile_level), first, nullptr});
     } else {
+      if (!is_changeable(slot, map.model.clamp_min_log_odds)) return;
       const InnerNode& node = *slot.inner();
-      if (!node.summary.any_unknown && node.summary.max_log_odds <= map.model.clamp_min_log_odds) return;
       for (int i = 0; i < 8; ++i) {
         self(self, node.child[i], node.revision[i], level - 1, child_cell(first, level, i));
       }
@@ -161,16 +159,13 @@ void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box) {
     const FoundTile& tile = *changed[i];
     Region& region = *tile.region;
     nodes_before[i] = region.nodes.size();
-    OctantSet needed = OctantSet::changeable(*tile.slot, tile_level, map.model.clamp_min_log_odds);
-    needed.fill_nodes(std::min(finest_level(), tile_level), tile_level);
+    const std::uint64_t needed = changeable_blocks(*tile.slot, tile_level, map.model.clamp_min_log_odds);
     region.revision = map.revision - 1;
-    if (!region.rebuild && region.covered.contains(needed) && !mostly_stale(region.covered, needed)) return;
+    if (!region.rebuild && (needed & ~region.covered) == 0 && mostly_needed(region.covered, needed)) return;
     region.rebuild = true;
-    // What was covered may be needed again soon: cells at surfaces go to and fro.
-    OctantSet both = needed;
-    both |= region.covered;
-    region.covered = mostly_stale(both, needed) ? needed : both;
-    region.nodes = region.covered.nodes(tile.first, tile_level);
+    // What was covered may soon be needed again: cells at surfaces go to and fro.
+    region.covered = mostly_needed(needed | region.covered, needed) ? needed | region.covered : needed;
+    region.nodes = nodes_of_blocks(region.covered, tile.first, tile_level);
   });
 
   bool rebuilt = false;

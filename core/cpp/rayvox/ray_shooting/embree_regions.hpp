@@ -9,7 +9,7 @@
 
 #include "rayvox/octree/box.hpp"
 #include "rayvox/octree/map_snapshot.hpp"
-#include "rayvox/ray_shooting/changeable_nodes.hpp"
+#include "rayvox/ray_shooting/changeable_blocks.hpp"
 #include "rayvox/ray_shooting/embree_library.hpp"
 
 namespace rayvox {
@@ -44,7 +44,7 @@ class EmbreeRegions {
   struct Region {
     const Frame* frame;
     std::vector<ChangeableNode> nodes;
-    OctantSet covered;
+    std::uint64_t covered = 0;  // changeable_blocks
     std::uint64_t revision = 0;  // of the map when `covered` was last found to do
     std::uint64_t last_used = 0;
     std::uint32_t id = 0;

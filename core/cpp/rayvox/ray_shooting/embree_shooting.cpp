@@ -20,9 +20,12 @@ int cells_apart(const Cell& a, const Cell& b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
 }
 
+// The root, alone of all nodes, does not start at a multiple of its size.
 bool in_node(const Cell& cell, const ChangeableNode& node) {
-  return ((cell[0] ^ node.first[0]) >> node.level | (cell[1] ^ node.first[1]) >> node.level |
-          (cell[2] ^ node.first[2]) >> node.level) == 0;
+  const auto outside = [&](std::size_t axis) {
+    return static_cast<std::uint32_t>(cell[axis] - node.first[axis]) >> node.level;
+  };
+  return (outside(0) | outside(1) | outside(2)) == 0;
 }
 
 // One packet on its way through the scene; Embree carries it to the callback.

@@ -9,7 +9,9 @@
 namespace rayvox {
 
 RayWalker::RayWalker(const Ray& ray)
-    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {}
+    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {
+  for (int axis = 0; axis < 3; ++axis) inverse_[axis] = 1 / (ray.end[axis] - ray.origin[axis]);
+}
 
 void RayWalker::leave_block(int level) {
   double t[3], border[3];
@@ -19,10 +21,10 @@ void RayWalker::leave_block(int level) {
     if (cell_[axis] == end_cell_[axis]) continue;
     const std::int32_t block = cell_[axis] >> level;
     border[axis] = static_cast<double>(end_cell_[axis] > cell_[axis] ? (block + 1) << level : block << level);
-    t[axis] = (border[axis] - ray_.origin[axis]) / (ray_.end[axis] - ray_.origin[axis]);
+    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_[axis];
     t_first = std::min(t_first, t[axis]);
   }
-  // Each t carries three roundings of 2^-53; closer pairs are compared exactly.
+  // Each t carries four roundings of 2^-53; closer pairs are compared exactly.
   int first = -1;
   std::uint8_t together = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +44,8 @@ void RayWalker::leave_block(int level) {
       cell_[axis] = cell_at_crossing(axis, t_first, first, border[first]);
     }
   }
-  t_ = t_first;
+  crossed_axis_ = first;
+  crossed_border_ = border[first];
 }
 
 bool RayWalker::enter_block(const Cell& first, int level) {
@@ -55,7 +58,7 @@ bool RayWalker::enter_block(const Cell& first, int level) {
     const bool upwards = cell_[axis] < low;
     if (upwards ? end_cell_[axis] < low : end_cell_[axis] > high) return false;
     border[axis] = static_cast<double>(upwards ? low : high + 1);
-    t[axis] = (border[axis] - ray_.origin[axis]) / (ray_.end[axis] - ray_.origin[axis]);
+    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_[axis];
     t_last = std::max(t_last, t[axis]);
   }
   if (t_last < 0) return true;
@@ -73,9 +76,10 @@ bool RayWalker::enter_block(const Cell& first, int level) {
     } else if (cell_[axis] != end_cell_[axis]) {
       cell_[axis] = cell_at_crossing(axis, t_last, last, border[last]);
     }
-    if ((cell_[axis] ^ first[axis]) >> level) return false;
+    if (static_cast<std::uint32_t>(cell_[axis] - first[axis]) >> level) return false;
   }
-  t_ = t_last;
+  crossed_axis_ = last;
+  crossed_border_ = border[last];
   return true;
 }
 

@@ -13,6 +13,7 @@ from rayvox.errors import (
 )
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.occupancy_map import ENGINES, OccupancyMap, PreparedScan
+from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
@@ -28,6 +29,7 @@ __all__ = [
     "MapStatistics",
     "OccupancyMap",
     "OutOfRangeError",
+    "PinholeCamera",
     "PreparedScan",
     "RayHits",
     "RayvoxError",

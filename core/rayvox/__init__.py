@@ -12,7 +12,7 @@ from rayvox.errors import (
     RayvoxError,
 )
 from rayvox.map_snapshot import MapSnapshot
-from rayvox.occupancy_map import ENGINES, OccupancyMap, PreparedScan
+from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
@@ -22,6 +22,7 @@ __version__ = "0.1.0"
 __all__ = [
     "ENGINES",
     "ChangeSet",
+    "Engine",
     "EngineUnavailableError",
     "InvalidInputError",
     "MapFormatError",

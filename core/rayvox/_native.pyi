@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+import enum
 from typing import Any, overload
 
 import numpy
@@ -73,6 +75,15 @@ def read_octomap(data: bytes, sensor_model: SensorModel) -> MapSnapshot: ...
 
 def read_nodes(data: bytes, resolution_m: float, depth: int, sensor_model: SensorModel, revision: int) -> MapSnapshot: ...
 
+class Engine(enum.Enum):
+    dda = 0
+
+    embree = 1
+
+def load_embree(paths: Sequence[str]) -> None: ...
+
+def embree_version() -> str: ...
+
 class ScanStatistics:
     @property
     def ray_count(self) -> int: ...
@@ -88,6 +99,12 @@ class ScanStatistics:
 
     @property
     def voxels_changed(self) -> int: ...
+
+    @property
+    def bvh_node_count(self) -> int: ...
+
+    @property
+    def bvh_s(self) -> float: ...
 
     @property
     def cut_s(self) -> float: ...
@@ -126,7 +143,7 @@ class OccupancyMap:
     @overload
     def prepare(self, points: NDArray[numpy.float64], T_map_sensor: NDArray[numpy.float64] | None, origin: tuple[float, float, float], max_range_m: float, no_return: NDArray[numpy.float64] | None, discretize: bool) -> PreparedScan: ...
 
-    def insert(self, scan: PreparedScan) -> tuple[int, ScanStatistics]: ...
+    def insert(self, scan: PreparedScan, engine: Engine) -> tuple[int, ScanStatistics]: ...
 
     def clear_box(self, low_m: tuple[float, float, float], high_m: tuple[float, float, float]) -> int: ...
 

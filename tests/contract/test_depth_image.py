@@ -9,7 +9,7 @@ import pytest
 import rayvox
 from PIL import Image
 from rayvox import simulation
-from rayvox_client import Client, InvalidInputError, Intrinsics
+from rayvox_client import Client, Intrinsics, InvalidInputError
 
 from tests.support.service_process import ServiceProcess
 
@@ -37,7 +37,10 @@ def test_the_kernel_the_service_and_the_client_agree(service: ServiceProcess, la
     pixels = np.asarray(Image.open(io.BytesIO(answer.content)))
     np.testing.assert_allclose(pixels, wanted * 1000.0, atol=0.51)
     assert service.http.post(f"/v1/maps/{lab}/depth_image", json=body | {"width": 0}).status_code == 422
-    assert service.http.post(f"/v1/maps/{lab}/depth_image", json=body | {"width": 60000, "height": 60000}).status_code == 413
+    assert (
+        service.http.post(f"/v1/maps/{lab}/depth_image", json=body | {"width": 60000, "height": 60000}).status_code
+        == 413
+    )
 
 
 def test_a_wall_is_seen_at_its_distance() -> None:

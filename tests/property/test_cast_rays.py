@@ -44,7 +44,8 @@ def test_first_hits_equal_octomaps_but_for_explained_ties() -> None:
         elif not at_the_end:
             ties += 1
             assert touches(origin, direction, hits.voxel[index], voxel), index
-    print(f"{len(origins)} rays: {agreed} the same, {ties} explained ties, {len(origins) - agreed - ties} at the range's end")
+    at_range = len(origins) - agreed - ties
+    print(f"{len(origins)} rays: {agreed} the same, {ties} explained ties, {at_range} at the range's end")
     assert agreed > 0.99 * len(origins)
     assert (hits.hit == 1).sum() > 500
 

@@ -15,8 +15,8 @@ from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
-    MalformedAnswerError,
     InvalidInputError,
+    MalformedAnswerError,
     MapExistsError,
     NotFoundError,
     RayvoxClientError,

@@ -263,9 +263,7 @@ class Client:
             intrinsics: its `depth_scale_m` is not used: depths are metres, 0 where no occupied voxel is met.
             unknown: whether rays pass unknown space ("free") or end there, without a depth ("occupied").
         """
-        return run_blocking(
-            self._client.depth_image(map, shape, intrinsics, T_map_camera, max_range_m, unknown)
-        )
+        return run_blocking(self._client.depth_image(map, shape, intrinsics, T_map_camera, max_range_m, unknown))
 
     def changes(self, map: str, since: int) -> MapChanges:
         """What changed after revision `since`; 0 for everything."""

@@ -1,7 +1,7 @@
 #pragma once
-// The part of Embree 4's C interface that rayvox calls, declared here so that building needs no Embree headers. Layouts,
-// alignments and numbers are those of embree4/rtcore_*.h (4.0 to 4.4); version and features are checked at run time
-// (embree_library.cpp).
+// The part of Embree 4's C interface that rayvox calls, declared here so that building needs no Embree headers.
+// Layouts, alignments and numbers are those of embree4/rtcore_*.h (4.0 to 4.4); version and features are checked at run
+// time (embree_library.cpp).
 #include <sys/types.h>
 
 #include <cstdint>

@@ -48,8 +48,8 @@ EmbreeLibrary::EmbreeLibrary(void* handle, const std::string& path) {
   device_ = functions_.NewDevice(nullptr);
   if (!device_) throw EngineUnavailable(path + " made no device" + remedy);
   const auto number = functions_.GetDeviceProperty(device_, embree::version_number);
-  version_ = std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
-             std::to_string(number % 100);
+  version_ =
+      std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." + std::to_string(number % 100);
   if (number / 10000 != 4 || !functions_.GetDeviceProperty(device_, embree::user_geometry_supported)) {
     functions_.ReleaseDevice(device_);
     throw EngineUnavailable(path + " is Embree " + version_ + ", not Embree 4 with user geometry" + remedy);

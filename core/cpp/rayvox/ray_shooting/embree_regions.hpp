@@ -1,8 +1,8 @@
 #pragma once
 // The Embree scene that scans are shot through (Min, Han, Kim 2021, section IV-B): the octree nodes that a ray could
-// still change, of all labels, as axis-aligned boxes. It belongs to a map's writer and follows the map: one geometry per
-// tile, rebuilt only where a cell became changeable that the geometry does not cover, or where most of what it covers no
-// longer is. What it covers beyond the need costs time, never correctness.
+// still change, of all labels, as axis-aligned boxes. It belongs to a map's writer and follows the map: one geometry
+// per tile, rebuilt only where a cell became changeable that the geometry does not cover, or where most of what it
+// covers no longer is. What it covers beyond the need costs time, never correctness.
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -44,7 +44,7 @@ class EmbreeRegions {
   struct Region {
     const Frame* frame;
     std::vector<ChangeableNode> nodes;
-    std::uint64_t covered = 0;  // changeable_blocks
+    std::uint64_t covered = 0;   // changeable_blocks
     std::uint64_t revision = 0;  // of the map when `covered` was last found to do
     std::uint64_t last_used = 0;
     std::uint32_t id = 0;
@@ -64,7 +64,7 @@ class EmbreeRegions {
   const EmbreeLibrary& library_;
   embree::SceneHandle* scene_;
   Frame frame_;
-  Region coarse_;                                                      // nodes above the tiles
+  Region coarse_;                                                     // nodes above the tiles
   std::unordered_map<std::uint64_t, std::unique_ptr<Region>> tiles_;  // by Morton code, in tiles
   std::vector<std::uint32_t> free_ids_;
   std::uint32_t next_id_ = 0;

@@ -3,8 +3,8 @@
 //
 // Whether an axis has to enter or leave the box is decided by integers, exactly. Where the ray then is on the other
 // axes is computed in float32 from at most six rounded values, each of a relative error of 2^-24, so a place is off by
-// less than 2^-21.4 of the box's farthest distance from the origin. Lanes in which a place comes within 2^-21 of that distance of a
-// border are left to exact arithmetic (ray_walker.hpp).
+// less than 2^-21.4 of the box's farthest distance from the origin. Lanes in which a place comes within 2^-21 of that
+// distance of a border are left to exact arithmetic (ray_walker.hpp).
 
 constexpr float place_error = 0x1p-21f;
 constexpr float never = 1e30f;

@@ -24,8 +24,8 @@ class RayWalker {
   }
   /// Moves to the first cell outside the current aligned 2^level block. Requires !end_in_block(level).
   void leave_block(int level);
-  /// Moves on to the first cell inside the block of 2^level cells a side that starts at `first`; false, with cell() of no
-  /// meaning, if the ray does not pass the block from here on.
+  /// Moves on to the first cell inside the block of 2^level cells a side that starts at `first`; false, with cell() of
+  /// no meaning, if the ray does not pass the block from here on.
   bool enter_block(const Cell& first, int level);
 
  private:
@@ -36,7 +36,7 @@ class RayWalker {
 
   Ray ray_;
   Cell cell_, end_cell_;
-  double inverse_[3];     // of end - origin; of no meaning where no border is crossed
+  double inverse_[3];      // of end - origin; of no meaning where no border is crossed
   int crossed_axis_ = -1;  // last border crossed, none yet
   double crossed_border_ = 0;
 };

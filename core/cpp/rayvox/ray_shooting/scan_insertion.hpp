@@ -27,9 +27,9 @@ struct ScanStatistics {
   double cut_s = 0, shoot_s = 0, update_s = 0, total_s = 0;
 };
 
-/// Inserts the rays into the tree under `map.root`; slots that change get `map.revision`. `regions` belong to this map's
-/// writer and are made when the Embree engine first needs them; throws EngineUnavailable, with the map unchanged, if
-/// Embree is not installed.
+/// Inserts the rays into the tree under `map.root`; slots that change get `map.revision`. `regions` belong to this
+/// map's writer and are made when the Embree engine first needs them; throws EngineUnavailable, with the map unchanged,
+/// if Embree is not installed.
 ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine,
                            std::unique_ptr<EmbreeRegions>& regions);
 

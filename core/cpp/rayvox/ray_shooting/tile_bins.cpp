@@ -110,13 +110,15 @@ void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& p
   if (!passed.lanes) return;
   const TileAddresses addresses(geometry);
   TileBin& bin = bin_of(box, addresses);
-  const std::uint32_t first[3] = {addresses.place_in_tile(box, 0), addresses.place_in_tile(box, 1), addresses.place_in_tile(box, 2)};
+  const std::uint32_t first[3] = {addresses.place_in_tile(box, 0), addresses.place_in_tile(box, 1),
+                                  addresses.place_in_tile(box, 2)};
   for (std::uint32_t lanes = passed.lanes; lanes; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
     const auto crossings = static_cast<int>(passed.crossings[lane]);
     if (crossings == 0) continue;
     const auto place = [&](int axis) { return first[axis] + static_cast<std::uint32_t>(passed.entry[axis][lane]); };
-    const std::uint32_t entry = spread_within_tile[place(0)] | spread_within_tile[place(1)] << 1 | spread_within_tile[place(2)] << 2;
+    const std::uint32_t entry =
+        spread_within_tile[place(0)] | spread_within_tile[place(1)] << 1 | spread_within_tile[place(2)] << 2;
     bin.segments.push_back(Segment::make(ray_of_lane[lane], entry, crossings));
     bin.crossings += static_cast<std::uint64_t>(crossings);
   }

@@ -38,7 +38,7 @@ struct alignas(64) RayPacket {
 };
 /// A box of cells inside an octree node, as such a packet sees it.
 struct PacketBox {
-  float first[3];          // lowest cell, counted from the cell of the origin
+  float first[3];         // lowest cell, counted from the cell of the origin
   float low[3], high[3];  // borders, voxel units from the origin
   float size;
 };

@@ -16,8 +16,8 @@ struct ChangeableNode {
   bool operator==(const ChangeableNode&) const = default;
 };
 
-/// Nodes of 16x16x16 cells are the finest that rays are tested against: smaller ones save steps of the DDA, at 1.3 ns
-/// each, and cost ten times that in tests.
+/// Nodes of 16x16x16 cells are the finest that rays are tested against: smaller ones save steps of the DDA, but their
+/// tests cost more than the steps (benchmarks/RESULTS.md).
 constexpr int finest_changeable_level = 4;
 
 /// Whether a miss would change any cell below the slot.

@@ -1,4 +1,6 @@
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
 
@@ -38,7 +40,13 @@ nb::tuple insert(OwnedMap& map, const ScanRays& rays, Engine engine) {
 }  // namespace
 
 void bind_map(nb::module_& m) {
-  nb::enum_<Engine>(m, "Engine").value("auto", Engine::automatic).value("dda", Engine::dda).value("beam", Engine::beam);
+  nb::enum_<Engine>(m, "Engine")
+      .value("auto", Engine::automatic)
+      .value("dda", Engine::dda)
+      .value("beam", Engine::beam)
+      .value("embree", Engine::embree);
+  m.def("load_embree", &EmbreeLibrary::load, nb::arg("paths"));
+  m.def("embree_version", [] { return EmbreeLibrary::get().version(); });
 
   nb::class_<ScanStatistics>(m, "ScanStatistics")
       .def_ro("engine", &ScanStatistics::engine)
@@ -47,6 +55,8 @@ void bind_map(nb::module_& m) {
       .def_ro("tile_count", &ScanStatistics::tile_count)
       .def_ro("brick_count", &ScanStatistics::brick_count)
       .def_ro("voxels_changed", &ScanStatistics::voxels_changed)
+      .def_ro("bvh_node_count", &ScanStatistics::bvh_node_count)
+      .def_ro("bvh_s", &ScanStatistics::bvh_s)
       .def_ro("cut_s", &ScanStatistics::cut_s)
       .def_ro("shoot_s", &ScanStatistics::shoot_s)
       .def_ro("update_s", &ScanStatistics::update_s)

@@ -18,7 +18,8 @@ from rayvox.errors import (
 )
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.mesh_io import LoadLimits, TriangleMesh
-from rayvox.occupancy_map import OccupancyMap, PreparedScan
+from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
+from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
 from rayvox.robot import Robot
 from rayvox.sensor_model import SensorModel
@@ -26,9 +27,11 @@ from rayvox.sensor_model import SensorModel
 __version__ = "0.1.0"
 
 __all__ = [
+    "ENGINES",
     "ChangeSet",
     "CollisionContacts",
     "CollisionMesh",
+    "Engine",
     "EngineUnavailableError",
     "InvalidInputError",
     "LoadLimitError",
@@ -40,6 +43,7 @@ __all__ = [
     "MeshFormatError",
     "OccupancyMap",
     "OutOfRangeError",
+    "PinholeCamera",
     "PreparedScan",
     "RayHits",
     "RayvoxError",

@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 import enum
 from typing import Any, overload
 
@@ -79,7 +80,13 @@ class Engine(enum.Enum):
 
     dda = 1
 
-    beam = 2
+    beam = 3
+
+    embree = 2
+
+def load_embree(paths: Sequence[str]) -> None: ...
+
+def embree_version() -> str: ...
 
 class ScanStatistics:
     @property
@@ -99,6 +106,12 @@ class ScanStatistics:
 
     @property
     def voxels_changed(self) -> int: ...
+
+    @property
+    def bvh_node_count(self) -> int: ...
+
+    @property
+    def bvh_s(self) -> float: ...
 
     @property
     def cut_s(self) -> float: ...

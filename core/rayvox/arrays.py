@@ -46,6 +46,18 @@ def as_poses(matrices: npt.ArrayLike | None, name: str) -> npt.NDArray[np.float6
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def as_rigid(matrix: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """(4, 4) float64 rigid transform. Raises InvalidInputError for anything else (tolerance 1e-5, as the kernel's)."""
+    pose = as_pose(matrix, name)
+    if pose is None or not np.isfinite(pose).all():
+        raise InvalidInputError(f"{name} must be a finite (4, 4) matrix")
+    rotation = pose[:3, :3]
+    off = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    if off > 1e-5 or np.linalg.det(rotation) < 0 or pose[3].tolist() != [0, 0, 0, 1]:
+        raise InvalidInputError(f"{name} is not rigid")
+    return pose
+
+
 def as_vector(vector: Sequence[float] | npt.NDArray[Any], name: str) -> tuple[float, float, float]:
     """Three finite numbers."""
     array = _as_float_array(vector, name)

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rayvox import _native
-from rayvox.arrays import as_points, as_points_f64, as_vector
+from rayvox.arrays import as_points, as_points_f64, as_rigid, as_vector
 from rayvox.errors import InvalidInputError
+from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits
 from rayvox.sensor_model import SensorModel
 
@@ -97,6 +98,25 @@ class MapQueries(ABC):
             raise InvalidInputError(f"origins has shape {start.shape}, directions {towards.shape}")
         reach = checked_range(max_range_m)
         return RayHits(*self._revision_asked().cast_rays(start, towards, reach, unknown == "occupied"))
+
+    def depth_image(
+        self,
+        camera: PinholeCamera,
+        T_map_camera: npt.ArrayLike,
+        max_range_m: float | None = None,
+        unknown: Literal["free", "occupied"] = "free",
+    ) -> npt.NDArray[np.float32]:
+        """What a depth camera at T_map_camera (4, 4), z forward, would measure: (height, width) float32.
+
+        Metres along the optical axis to where a pixel's ray enters an occupied voxel; 0 where it meets none within
+        max_range_m (along the ray), or, with unknown="occupied", where unknown space comes first. Raises as cast_rays.
+        """
+        pose = as_rigid(T_map_camera, "T_map_camera")
+        directions = camera.rays()
+        lengths = np.linalg.norm(directions, axis=1)
+        hits = self.cast_rays(pose[:3, 3], directions @ pose[:3, :3].T, max_range_m, unknown)
+        depth = np.where(hits.hit == 1, hits.t_m / lengths, 0.0).astype(np.float32)
+        return depth.reshape(camera.height, camera.width)
 
     def changes_since(self, revision: int) -> ChangeSet:
         """What a copy of this map at `revision` must replace to be up to date."""

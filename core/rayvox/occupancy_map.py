@@ -11,14 +11,15 @@ import numpy.typing as npt
 
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64, as_pose, as_vector
+from rayvox.embree_library import load_embree
 from rayvox.errors import InvalidInputError
 from rayvox.map_queries import ExportFormat, MapQueries, checked_range
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.results import ScanResult, ScanStatistics
 from rayvox.sensor_model import SensorModel
 
-Engine = Literal["auto", "dda", "beam"]
-ENGINES: tuple[Engine, ...] = ("auto", "dda", "beam")
+Engine = Literal["auto", "dda", "embree", "beam"]
+ENGINES: tuple[Engine, ...] = ("auto", "dda", "embree", "beam")
 
 
 class PreparedScan:
@@ -108,6 +109,8 @@ class OccupancyMap(MapQueries):
         """Inserts a scan made by prepare_scan of a map with the same resolution and depth."""
         if engine not in ENGINES:
             raise InvalidInputError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
+        if engine == "embree":
+            load_embree()
         revision, statistics = self._native.insert(scan.native, _native.Engine[engine])
         names = [name for name in ScanStatistics.__dataclass_fields__ if name != "engine"]
         return ScanResult(

@@ -12,8 +12,9 @@ import numpy.typing as npt
 class ScanStatistics:
     """What one insertion did.
 
-    voxel_steps counts the cells passed, each ray alone; voxels_changed those whose log-odds changed or that became
-    known.
+    voxel_steps counts the cells walked, each ray alone (the Embree engine walks only those that a ray could still
+    change); voxels_changed those whose log-odds changed or that became known. bvh_node_count: boxes in the Embree
+    engine's scene, bvh_s: the time to bring it up to date; 0 for other engines.
     Times are seconds of wall-clock; shoot_s and update_s are summed over threads and divided by their number.
     """
 
@@ -23,6 +24,8 @@ class ScanStatistics:
     tile_count: int
     brick_count: int
     voxels_changed: int
+    bvh_node_count: int
+    bvh_s: float
     cut_s: float
     shoot_s: float
     update_s: float

@@ -8,13 +8,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self, Unpack
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
     InvalidInputError,
+    MalformedAnswerError,
     MapExistsError,
     NotFoundError,
     RayvoxClientError,
@@ -225,6 +227,24 @@ class AsyncClient:
         """See `Client.cast_rays`."""
         request, count = self._requests.rays(map, origins, directions, max_range_m, unknown, min_revision)
         return RayHits.from_frame((await self._answer(request)).frame(), count)
+
+    async def depth_image(
+        self,
+        map: str,
+        shape: tuple[int, int],
+        intrinsics: Intrinsics,
+        T_map_camera: ArrayLike,
+        max_range_m: float | None = None,
+        unknown: UnknownPolicy = "free",
+    ) -> NDArray[np.float32]:
+        """See `Client.depth_image`."""
+        request = self._requests.depth_image(map, shape, intrinsics, T_map_camera, max_range_m, unknown)
+        frame = (await self._answer(request)).frame()
+        frame.expect("depth_image")
+        depth_m = frame.array("depth_m", "<f4", columns=int(shape[1]))
+        if len(depth_m) != shape[0]:
+            raise MalformedAnswerError(f"a depth image of {len(depth_m)} rows answers a question for {shape[0]}")
+        return depth_m
 
     async def changes(self, map: str, since: int) -> MapChanges:
         """See `Client.changes`."""

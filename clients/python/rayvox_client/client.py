@@ -9,7 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, Unpack
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client.async_client import AsyncClient, Geometry, UnknownPolicy, Wait
 from rayvox_client.blocking_transport import BlockingTransport
@@ -246,6 +247,24 @@ class Client:
         return run_blocking(
             self._client.cast_rays(map, origins, directions, max_range_m, unknown, min_revision=min_revision)
         )
+
+    def depth_image(
+        self,
+        map: str,
+        shape: tuple[int, int],
+        intrinsics: Intrinsics,
+        T_map_camera: ArrayLike,
+        max_range_m: float | None = None,
+        unknown: UnknownPolicy = "free",
+    ) -> NDArray[np.float32]:
+        """What a depth camera would measure in the map: `shape` (rows, columns) float32, metres along its axis.
+
+        Args:
+            T_map_camera: (4,4) rigid transform from the camera's optical frame (z forward, x right, y down).
+            intrinsics: its `depth_scale_m` is not used: depths are metres, 0 where no occupied voxel is met.
+            unknown: whether rays pass unknown space ("free") or end there, without a depth ("occupied").
+        """
+        return run_blocking(self._client.depth_image(map, shape, intrinsics, T_map_camera, max_range_m, unknown))
 
     def changes(self, map: str, since: int) -> MapChanges:
         """What changed after revision `since`; 0 for everything."""

@@ -13,6 +13,7 @@ from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import InvalidInputError
 from rayvox_client.frame import MEDIA_TYPE, Compression, lay_out_frame
 from rayvox_client.http_message import HttpRequest
+from rayvox_client.intrinsics import Intrinsics
 from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import PosedScan
 from rayvox_client.sensor_model import SensorModel
@@ -89,6 +90,30 @@ class Requests:
         fields = {"max_range_m": validation.positive_number(max_range_m, "max_range_m"), "unknown": unknown}
         payloads = {"origins": starts, "directions": along}
         return self._query(name, "rays", fields, payloads, min_revision), len(starts)
+
+    def depth_image(
+        self,
+        name: str,
+        shape: tuple[int, int],
+        intrinsics: Intrinsics,
+        T_map_camera: ArrayLike,
+        max_range_m: float | None,
+        unknown: str,
+    ) -> HttpRequest:
+        rows, columns = int(shape[0]), int(shape[1])
+        if rows < 1 or columns < 1:
+            raise InvalidInputError(f"shape = {shape!r} is no image")
+        if unknown not in ("free", "occupied"):
+            raise InvalidInputError(f"unknown = {unknown!r} is neither 'free' nor 'occupied'")
+        body: dict[str, object] = {
+            "T_map_camera": validation.rigid_transform(T_map_camera, "T_map_camera").reshape(-1).tolist(),
+            "width": columns,
+            "height": rows,
+            **{key: getattr(intrinsics, key) for key in ("fx", "fy", "cx", "cy")},
+            "max_range_m": validation.positive_number(max_range_m, "max_range_m"),
+            "unknown": unknown,
+        }
+        return self._json("POST", self._endpoint.map_target(name, "depth_image", format="frame"), body)
 
     def clear_box(self, name: str, lo: ArrayLike, hi: ArrayLike) -> HttpRequest:
         lower, upper = validation.vector3(lo, "lo"), validation.vector3(hi, "hi")

@@ -16,14 +16,16 @@ std::uint64_t OccupancyMap::revision() const {
 
 OccupancyMap::Insertion OccupancyMap::insert(const ScanRays& rays, Engine engine) {
   std::lock_guard lock(mutex_);
+  if (engine == Engine::embree) EmbreeLibrary::get();
   ++map_.revision;
-  const ScanStatistics statistics = insert_rays(map_, rays, engine);
+  const ScanStatistics statistics = insert_rays(map_, rays, engine, regions_);
   return {map_.revision, statistics};
 }
 
 void OccupancyMap::discard() {
   std::lock_guard lock(mutex_);
   map_.root = Child();
+  regions_.reset();
 }
 
 std::uint64_t OccupancyMap::clear_box(const Vec3d& low_m, const Vec3d& high_m) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <mutex>
 
 #include "rayvox/octree/map_snapshot.hpp"
@@ -24,7 +25,7 @@ class OccupancyMap {
     std::uint64_t revision;
     ScanStatistics statistics;
   };
-  /// Applies a prepared scan; each insertion is one revision.
+  /// Applies a prepared scan; each insertion is one revision. Throws EngineUnavailable, with the map unchanged.
   Insertion insert(const ScanRays& rays, Engine engine = Engine::automatic);
   /// Makes every voxel that touches the closed box (metres) unknown; returns the new revision. Throws InvalidInput for
   /// bounds that are not finite or not in order.
@@ -35,6 +36,7 @@ class OccupancyMap {
  private:
   mutable std::mutex mutex_;
   MapSnapshot map_;
+  std::unique_ptr<EmbreeRegions> regions_;
 };
 
 }  // namespace rayvox

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request
 from fastapi import Query as Parameter
 from fastapi.responses import Response
 
 from rayvox_service import frame
+from rayvox_service.depth_image import DepthImageQuery, depth_png
 from rayvox_service.frame import Bytes
 from rayvox_service.hosted_map import HostedMap
+from rayvox_service.problems import Problem
 from rayvox_service.queries import (
     BoxesQuery,
     PointsQuery,
@@ -21,7 +23,7 @@ from rayvox_service.queries import (
     rows_of_frame,
     rows_of_json,
 )
-from rayvox_service.request_body import JSON, RequestBody, check_fields, parse_json
+from rayvox_service.request_body import JSON, RequestBody, check_fields, parse_json, read_json
 from rayvox_service.service import map_of, service_of
 from rayvox_service.settings import Settings
 
@@ -47,6 +49,32 @@ async def boxes(request: Request, min_revision: MinRevision = None, timeout_s: T
 async def rays(request: Request, min_revision: MinRevision = None, timeout_s: Timeout = None) -> Response:
     """What each ray meets first, and where."""
     return await _answer(request, RaysQuery, min_revision, timeout_s)
+
+
+@router.post("/maps/{map_name}/depth_image")
+async def depth_image(
+    request: Request,
+    format: Literal["png", "frame"] = "png",
+    min_revision: MinRevision = None,
+    timeout_s: Timeout = None,
+) -> Response:
+    """What a depth camera at a pose would measure: a 16-bit PNG in millimetres, or a frame in metres."""
+    service, hosted = service_of(request), map_of(request)
+    asked = await read_json(request, DepthImageQuery)
+    if asked.width * asked.height > service.settings.max_points:
+        raise Problem("too-large", f"more than {service.settings.max_points} pixels")
+    await service.await_revision(hosted, min_revision, timeout_s)
+
+    def work() -> tuple[bytes, int]:
+        snapshot = hosted.snapshot()
+        depth_m = asked.render(snapshot)
+        if format == "png":
+            return depth_png(depth_m), snapshot.revision
+        return answer_as_frame("depth_image", {"depth_m": depth_m}, snapshot.revision), snapshot.revision
+
+    content, revision = await service.query(work)
+    media = "image/png" if format == "png" else frame.MEDIA_TYPE
+    return Response(content, media_type=media, headers={"Rayvox-Revision": str(revision)})
 
 
 async def _answer(request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:

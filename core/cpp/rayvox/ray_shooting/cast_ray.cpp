@@ -5,9 +5,9 @@
 #include <string>
 
 #include "rayvox/error.hpp"
-#include "rayvox/octree/leaf_finder.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
+#include "rayvox/ray_shooting/stop_finder.hpp"
 
 namespace rayvox {
 namespace {
@@ -67,17 +67,15 @@ RayHit cast_ray(const MapSnapshot& map, const Vec3d& origin_m, const Vec3d& dire
   const ClippedRay clipped = clip(map.geometry, origin_m, unit_direction(direction, index), max_range_m);
 
   RayWalker walker(clipped.ray);
-  LeafFinder finder(map);
+  StopFinder finder(map, unknown_stops);
   for (;;) {
-    const NodeCursor& node = finder.find(map.geometry.morton_of(walker.cell()));
-    const RayHit here{HitKind::nothing, walker.t() * clipped.length_m, walker.cell()};
-    if (node.kind() == NodeCursor::Kind::unknown) {
-      if (unknown_stops) return {HitKind::unknown_entered, here.t_m, here.voxel};
-    } else if (map.model.is_occupied(node.log_odds())) {
-      return {HitKind::occupied, here.t_m, here.voxel};
+    const StopFinder::Stop stop = finder.find(walker.cell());
+    if (stop.kind != StopFinder::Kind::none) {
+      const HitKind kind = stop.kind == StopFinder::Kind::occupied ? HitKind::occupied : HitKind::unknown_entered;
+      return {kind, walker.t() * clipped.length_m, walker.cell()};
     }
-    if (walker.end_in_block(node.level())) break;
-    walker.leave_block(node.level());
+    if (walker.end_in_block(stop.level)) break;
+    walker.leave_block(stop.level);
   }
   const bool enters_outside = clipped.leaves && unknown_stops;
   return {enters_outside ? HitKind::unknown_entered : HitKind::nothing, clipped.length_m, walker.end_cell()};

@@ -10,7 +10,6 @@ namespace rayvox {
 /// Crossings at the same parameter and in the same sense happen together: a ray through an edge steps diagonally.
 struct Ray {
   Vec3d origin, end;
-
 };
 
 }  // namespace rayvox

@@ -9,7 +9,9 @@
 namespace rayvox {
 
 RayWalker::RayWalker(const Ray& ray)
-    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {}
+    : ray_(ray), cell_(MapGeometry::cell_of(ray.origin)), end_cell_(MapGeometry::cell_of(ray.end)) {
+  for (int axis = 0; axis < 3; ++axis) inverse_[axis] = 1 / (ray.end[axis] - ray.origin[axis]);
+}
 
 void RayWalker::leave_block(int level) {
   double t[3], border[3];
@@ -19,10 +21,10 @@ void RayWalker::leave_block(int level) {
     if (cell_[axis] == end_cell_[axis]) continue;
     const std::int32_t block = cell_[axis] >> level;
     border[axis] = static_cast<double>(end_cell_[axis] > cell_[axis] ? (block + 1) << level : block << level);
-    t[axis] = (border[axis] - ray_.origin[axis]) / (ray_.end[axis] - ray_.origin[axis]);
+    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_[axis];
     t_first = std::min(t_first, t[axis]);
   }
-  // Each t carries three roundings of 2^-53; closer pairs are compared exactly.
+  // Each t carries four roundings of 2^-53; closer pairs are compared exactly.
   int first = -1;
   std::uint8_t together = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +44,43 @@ void RayWalker::leave_block(int level) {
       cell_[axis] = cell_at_crossing(axis, t_first, first, border[first]);
     }
   }
-  t_ = t_first;
+  crossed_axis_ = first;
+  crossed_border_ = border[first];
+}
+
+bool RayWalker::enter_block(const Cell& first, int level) {
+  double t[3], border[3];
+  double t_last = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t low = first[axis], high = low + ((std::int32_t{1} << level) - 1);
+    t[axis] = -1;
+    if (cell_[axis] >= low && cell_[axis] <= high) continue;
+    const bool upwards = cell_[axis] < low;
+    if (upwards ? end_cell_[axis] < low : end_cell_[axis] > high) return false;
+    border[axis] = static_cast<double>(upwards ? low : high + 1);
+    t[axis] = (border[axis] - ray_.origin[axis]) * inverse_[axis];
+    t_last = std::max(t_last, t[axis]);
+  }
+  if (t_last < 0) return true;
+  // The block is entered with the last of the crossings; near-ties as in leave_block.
+  int last = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (t[axis] < 0 || t[axis] < t_last - 0x1p-49 * t_last) continue;
+    if (last < 0 || compare_crossings(ray_, Crossing{axis, border[axis]}, Crossing{last, border[last]}) > 0) {
+      last = axis;
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == last) {
+      cell_[axis] = cell_after_crossing(axis, static_cast<std::int32_t>(border[axis]));
+    } else if (cell_[axis] != end_cell_[axis]) {
+      cell_[axis] = cell_at_crossing(axis, t_last, last, border[last]);
+    }
+    if (static_cast<std::uint32_t>(cell_[axis] - first[axis]) >> level) return false;
+  }
+  crossed_axis_ = last;
+  crossed_border_ = border[last];
+  return true;
 }
 
 // The cell along `axis` at the moment the ray crosses another axis's border.

@@ -7,6 +7,7 @@
 #include "rayvox/octree/tile_update.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
 #include "rayvox/ray_shooting/beam_insertion.hpp"
+#include "rayvox/ray_shooting/embree_shooting.hpp"
 #include "rayvox/ray_shooting/insertion_workspace.hpp"
 #include "rayvox/ray_shooting/stopwatch.hpp"
 
@@ -105,13 +106,22 @@ std::size_t count_of_large(const std::vector<TileWork>& tiles, const std::vector
   return large;
 }
 
-// The exact DDA engine: every ray is cut at tile borders, each tile is walked by all its rays into a grid of marks.
-ScanStatistics insert_by_dda(MapSnapshot& map, const ScanRays& rays, InsertionWorkspace& workspace, int workers) {
+// The DDA and Embree engines: rays are cut, at tile borders or to the nodes that a miss would change, and each tile is
+// walked by all its parts of rays into a grid of marks.
+ScanStatistics insert_by_walking(MapSnapshot& map, const ScanRays& rays, EmbreeRegions* regions,
+                                 InsertionWorkspace& workspace, int workers) {
   const Kernels& set = kernels();
   Stopwatch stage;
   ScanStatistics statistics;
-  statistics.engine = Engine::dda;
-  cut_rays_at_tiles(rays, map.geometry, workers, workspace);
+  statistics.engine = regions ? Engine::embree : Engine::dda;
+  if (regions) {
+    regions->follow(map, bounds_of(rays));
+    statistics.bvh_node_count = regions->node_count();
+    statistics.bvh_s = stage.lap();
+    cut_rays_at_changeable_nodes(rays, map.geometry, *regions, set, workers, workspace.bins);
+  } else {
+    cut_rays_at_tiles(rays, map.geometry, workers, workspace);
+  }
   const std::vector<TileWork> work = gather_tiles(workspace.bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);
@@ -163,14 +173,18 @@ void add_up(const std::vector<ScanStatistics>& parts, int workers, ScanStatistic
   }
 }
 
-ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine) {
+ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine,
+                           std::unique_ptr<EmbreeRegions>& regions) {
   const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
   Stopwatch total;
   const WorkspaceLease workspace(workers);
   if (engine == Engine::automatic) engine = rays.count() < fewest_rays_for_beams ? Engine::dda : Engine::beam;
   std::optional<ScanStatistics> statistics;
   if (engine == Engine::beam) statistics = insert_by_beams(map, rays, *workspace, workers);
-  if (!statistics) statistics = insert_by_dda(map, rays, *workspace, workers);
+  if (engine == Engine::embree && !regions) regions = std::make_unique<EmbreeRegions>();
+  if (!statistics) {
+    statistics = insert_by_walking(map, rays, engine == Engine::embree ? regions.get() : nullptr, *workspace, workers);
+  }
   statistics->ray_count = rays.count();
   statistics->total_s = total.lap();
   return *statistics;

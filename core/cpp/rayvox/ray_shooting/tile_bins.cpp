@@ -28,10 +28,12 @@ class TileAddresses {
     return coordinate(cell, 0) >> level_ | coordinate(cell, 1) >> level_ << 21 | coordinate(cell, 2) >> level_ << 42;
   }
   std::uint64_t morton(const Cell& cell) const { return geometry_.morton_of(cell) >> (3 * level_); }
+  std::uint32_t place_in_tile(const Cell& cell, std::size_t axis) const {
+    return static_cast<std::uint32_t>(coordinate(cell, axis) & ((std::uint64_t{1} << level_) - 1));
+  }
   std::uint32_t within_tile(const Cell& cell) const {
-    const std::uint64_t mask = (std::uint64_t{1} << level_) - 1;
-    return spread_within_tile[coordinate(cell, 0) & mask] | spread_within_tile[coordinate(cell, 1) & mask] << 1 |
-           spread_within_tile[coordinate(cell, 2) & mask] << 2;
+    return spread_within_tile[place_in_tile(cell, 0)] | spread_within_tile[place_in_tile(cell, 1)] << 1 |
+           spread_within_tile[place_in_tile(cell, 2)] << 2;
   }
 
  private:
@@ -103,6 +105,37 @@ void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t las
     const Cell end = MapGeometry::cell_of({rays.end[0][ray], rays.end[1][ray], rays.end[2][ray]});
     bin_of(end, addresses).ends.push_back(addresses.within_tile(end));
   }
+}
+
+void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry) {
+  const TileAddresses addresses(geometry);
+  TileBin& bin = bin_of(from, addresses);
+  bin.segments.push_back(Segment::make(ray, addresses.within_tile(from), crossings));
+  bin.crossings += static_cast<std::uint64_t>(crossings);
+}
+
+void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& passed, const Cell& box,
+                            const MapGeometry& geometry) {
+  if (!passed.lanes) return;
+  const TileAddresses addresses(geometry);
+  TileBin& bin = bin_of(box, addresses);
+  const std::uint32_t first[3] = {addresses.place_in_tile(box, 0), addresses.place_in_tile(box, 1),
+                                  addresses.place_in_tile(box, 2)};
+  for (std::uint32_t lanes = passed.lanes; lanes; lanes &= lanes - 1) {
+    const int lane = __builtin_ctz(lanes);
+    const auto crossings = static_cast<int>(passed.crossings[lane]);
+    if (crossings == 0) continue;
+    const auto place = [&](int axis) { return first[axis] + static_cast<std::uint32_t>(passed.entry[axis][lane]); };
+    const std::uint32_t entry =
+        spread_within_tile[place(0)] | spread_within_tile[place(1)] << 1 | spread_within_tile[place(2)] << 2;
+    bin.segments.push_back(Segment::make(ray_of_lane[lane], entry, crossings));
+    bin.crossings += static_cast<std::uint64_t>(crossings);
+  }
+}
+
+void TileBins::add_end(const Cell& cell, const MapGeometry& geometry) {
+  const TileAddresses addresses(geometry);
+  bin_of(cell, addresses).ends.push_back(addresses.within_tile(cell));
 }
 
 std::size_t TileBins::bytes() const {

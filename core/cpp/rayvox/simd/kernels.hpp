@@ -30,6 +30,27 @@ struct TileSegments {
   std::size_t count;
 };
 
+/// Rays with a common origin, for float32 arithmetic. Lanes without a ray repeat another one.
+struct alignas(64) RayPacket {
+  static constexpr int width = 16;
+  float direction[3][width], inverse[3][width];  // of the whole ray, voxel units; any finite inverse for 0
+  float end_cell[3][width];                      // counted from the cell of the origin
+  std::uint32_t exact_only = 0;                  // rays (a bit each) that float32 cannot tell from axis-parallel ones
+};
+/// A box of cells inside an octree node, as such a packet sees it.
+struct PacketBox {
+  float first[3];         // lowest cell, counted from the cell of the origin
+  float low[3], high[3];  // borders, voxel units from the origin
+  float size;
+};
+/// For each of `lanes` (a bit per ray): the cell, counted from the box's lowest, in which the ray enters the box, and
+/// how many borders it crosses from there, the one by which it leaves the box included. Rays for which rounding could
+/// change that are in `doubtful` instead.
+struct alignas(64) PassedBox {
+  float entry[3][RayPacket::width], crossings[RayPacket::width];
+  std::uint32_t lanes, doubtful;
+};
+
 /// One scan's update of one octant (64 cells).
 struct OctantInput {
   const float* log_odds;  // 64 values, 0 where unknown
@@ -60,6 +81,8 @@ struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
   void (*walk_segments)(const TileSegments&, TileMarks&);
+  /// Which of a packet's rays (a bit each) pass a box, and where (ray_shooting/packet_pass.inc.hpp).
+  void (*pass_box)(const RayPacket&, const PacketBox&, std::uint32_t lanes, PassedBox&);
   /// Turns the 512 marks of a brick into bit masks (8 words each) and zeroes them; false, with no mask written, if
   /// there are none.
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);

@@ -18,6 +18,7 @@ namespace {
 #include "rayvox/ray_shooting/ray_clip.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 #include "rayvox/ray_shooting/ray_ends.inc.hpp"
+#include "rayvox/ray_shooting/packet_pass.inc.hpp"
 // clang-format on
 
 bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied) {
@@ -40,6 +41,7 @@ bool take_marks(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupie
 extern const Kernels table;
 const Kernels table{.instruction_set = "avx512",
                     .walk_segments = walk_segments<Lanes>,
+                    .pass_box = pass_box<Lanes>,
                     .take_marks = take_marks,
                     .update_octant = update_octant<Lanes>,
                     .make_ray_ends = make_ray_ends,

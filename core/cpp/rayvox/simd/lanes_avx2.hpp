@@ -34,6 +34,7 @@ struct Lanes {
   static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
   static Float absolute(Float a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
   static Float ceil(Float a) { return _mm256_ceil_ps(a); }
+  static Float truncate(Float a) { return _mm256_round_ps(a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC); }
   static float reduce_min(Float a) {
     const __m128 half = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
     const __m128 pair = _mm_min_ps(half, _mm_movehl_ps(half, half));

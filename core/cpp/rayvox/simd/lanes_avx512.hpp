@@ -36,6 +36,7 @@ struct Lanes {
   static Float max(Float a, Float b) { return _mm512_max_ps(a, b); }
   static Float absolute(Float a) { return _mm512_abs_ps(a); }
   static Float ceil(Float a) { return _mm512_roundscale_ps(a, _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC); }
+  static Float truncate(Float a) { return _mm512_roundscale_ps(a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC); }
   static float reduce_min(Float a) { return _mm512_reduce_min_ps(a); }
   static float reduce_max(Float a) { return _mm512_reduce_max_ps(a); }
   static Mask less_equal(Float a, Float b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }

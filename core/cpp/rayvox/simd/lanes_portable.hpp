@@ -31,6 +31,7 @@ struct Lanes {
   static Float max(Float a, Float b) { return a > b ? a : b; }
   static Float absolute(Float a) { return __builtin_fabsf(a); }
   static Float ceil(Float a) { return __builtin_ceilf(a); }
+  static Float truncate(Float a) { return static_cast<float>(static_cast<std::int32_t>(a)); }
   static float reduce_min(Float a) { return a; }
   static float reduce_max(Float a) { return a; }
   static Mask less_equal(Float a, Float b) { return a <= b; }

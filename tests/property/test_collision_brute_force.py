@@ -1,4 +1,4 @@
-"""Collision verdicts against a float64 brute force: every pair of triangles, along every axis that can separate them."""
+"""Collision verdicts against a float64 brute force: every pair of triangles, every axis that can separate them."""
 
 from __future__ import annotations
 

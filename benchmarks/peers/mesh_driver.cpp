@@ -143,4 +143,6 @@ int main(int, char** arguments) {
   }
   std::ofstream(arguments[3], std::ios::binary).write(verdicts.data(), static_cast<std::streamsize>(verdicts.size()));
   std::printf("{\"build_obbrss_s\": %.6f, \"build_obb_s\": %.6f, \"query_us\": [%s]}\n", build_obbrss, build_obb, passes.c_str());
+  std::fflush(stdout);
+  std::_Exit(0);  // FCL's and OctoMap's libraries, as packaged, free each other's statics at exit
 }

@@ -63,7 +63,7 @@ void check_bvh(const KdopBvh& bvh) {
       for (std::uint32_t i = 0; i < node.count; ++i) ++seen[bvh.triangle_at(node.first + i)];
     } else {
       CHECK(node.count >= 2 && node.count <= bvh.options().branching_factor);
-      for (std::uint32_t i = 0; i < node.count && bvh.view().lanes > 0; ++i) {
+      for (std::uint32_t i = 0; i < node.count; ++i) {
         check_supports(bvh, bvh.block_supports(index, static_cast<int>(i)), node.first + i, node.radius);
       }
     }

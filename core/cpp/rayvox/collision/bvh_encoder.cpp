@@ -50,18 +50,15 @@ void BvhEncoder::run() {
   find_supports();
   if (hybrid) find_moments();
   for_each_node(0, count, [&](std::size_t i) { place_node(i); });
-  std::uint32_t blocks = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!bvh_.nodes_[i].is_leaf) bvh_.nodes_[i].block = blocks++;
-  }
+  // Vectors of rows of fewer than sixteen values reach beyond the last row.
+  constexpr std::size_t reach = 32;
   if (hybrid) {
     for_each_node(0, count, [&](std::size_t i) { fit_box(i); });
-    bvh_.boxes_.resize(blocks);
+    bvh_.boxes_.resize(count * box_rows + reach);
   }
   const BvhView view = bvh_.view();
   const std::size_t own = count * static_cast<std::size_t>(view.stride);
-  const std::size_t child =
-      static_cast<std::size_t>(blocks) * static_cast<std::size_t>(2 * view.axis_count * view.lanes);
+  const std::size_t child = count * static_cast<std::size_t>(2 * view.axis_count) + reach;
   const bool half = bvh_.options_.slabs == SlabFormat::float16;
   (half ? bvh_.own_f16_.resize(own) : bvh_.own_f32_.resize(own));
   (half ? bvh_.child_f16_.resize(child) : bvh_.child_f32_.resize(child));
@@ -220,14 +217,12 @@ void BvhEncoder::write_slabs(std::size_t i, AlignedVector<Slab>& own, AlignedVec
   for (int o = 0; o < 2 * n; ++o) {
     to[o < n ? o : view.stride / 2 + o - n] = slab_not_below(relative_support(i, o, node), Slab{});
   }
-  if (node.is_leaf || view.lanes == 0) return;
-  Slab* block = child.data() + std::size_t{node.block} * static_cast<std::size_t>(2 * n * view.lanes);
+  if (node.is_leaf) return;
+  Slab* rows = child.data() + std::size_t{node.first} * static_cast<std::size_t>(2 * n);
   for (int o = 0; o < 2 * n; ++o) {
-    Slab* row = block + (o < n ? 2 * o : 2 * (o - n) + 1) * view.lanes;
-    for (int lane = 0; lane < view.lanes; ++lane) {
-      row[lane] = lane < node.count
-                      ? slab_not_below(relative_support(node.first + static_cast<std::size_t>(lane), o, node), Slab{})
-                      : slab_not_below(-std::numeric_limits<double>::infinity(), Slab{});
+    Slab* row = rows + (o < n ? 2 * o : 2 * (o - n) + 1) * node.count;
+    for (std::size_t lane = 0; lane < node.count; ++lane) {
+      row[lane] = slab_not_below(relative_support(node.first + lane, o, node), Slab{});
     }
   }
 }
@@ -248,15 +243,15 @@ void BvhEncoder::write_leaf(std::size_t i) {
 
 void BvhEncoder::write_boxes(std::size_t i) {
   const BvhNode& node = bvh_.nodes_[i];
-  BoxBlock& block = bvh_.boxes_[node.block];
-  block = {};
+  float* rows = bvh_.boxes_.data() + std::size_t{box_rows} * node.first;
+  const auto at = [&](int row, std::size_t lane) -> float& {
+    return rows[static_cast<std::size_t>(row) * node.count + lane];
+  };
   for (std::size_t lane = 0; lane < node.count; ++lane) {
     const BvhNode& child = bvh_.nodes_[node.first + lane];
-    for (std::size_t c = 0; c < 3; ++c) block.centre[c][lane] = child.origin[c] - node.origin[c];
-    for (std::size_t j = 0; j < 3; ++j) {
-      block.half[j][lane] = child.box_half[j];
-      for (std::size_t c = 0; c < 3; ++c) block.axis[j][c][lane] = child.box_axis[3 * j + c];
-    }
+    for (int c = 0; c < 3; ++c) at(box_row::centre + c, lane) = child.origin[c] - node.origin[c];
+    for (int k = 0; k < 9; ++k) at(box_row::axis + k, lane) = child.box_axis[k];
+    for (int j = 0; j < 3; ++j) at(box_row::half + j, lane) = child.box_half[j];
   }
 }
 

@@ -1,11 +1,6 @@
 #include "rayvox/collision/kdop_bvh.hpp"
 
-#include <new>
 #include <string>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 #include "rayvox/collision/bvh_encoder.hpp"
 #include "rayvox/collision/half_float.hpp"
@@ -30,37 +25,10 @@ void require_valid(const BvhOptions& options) {
   }
 }
 
-int lanes_of(Traversal traversal) {
-  switch (traversal) {
-    case Traversal::one_vs_sixteen:
-    case Traversal::hybrid: return 16;
-    case Traversal::four_vs_four: return 4;
-    default: return 0;
-  }
-}
-
 float as_float(float value) { return value; }
 float as_float(std::uint16_t value) { return half_to_float(value); }
 
 }  // namespace
-
-namespace {
-
-constexpr std::size_t huge_page = std::size_t{2} << 20;
-
-std::align_val_t alignment_of(std::size_t bytes) { return std::align_val_t{bytes >= huge_page ? huge_page : 64}; }
-
-}  // namespace
-
-void* allocate_aligned(std::size_t bytes) {
-  void* p = ::operator new(bytes, alignment_of(bytes));
-#ifdef __linux__
-  if (bytes >= huge_page) madvise(p, bytes, MADV_HUGEPAGE);  // advice: that it fails changes nothing
-#endif
-  return p;
-}
-
-void free_aligned(void* p, std::size_t bytes) { ::operator delete(p, alignment_of(bytes)); }
 
 KdopBvh::KdopBvh(std::shared_ptr<const CollisionMesh> mesh, const BvhOptions& options)
     : mesh_(std::move(mesh)), options_(options) {
@@ -72,7 +40,7 @@ KdopBvh::KdopBvh(std::shared_ptr<const CollisionMesh> mesh, const BvhOptions& op
 }
 
 std::size_t KdopBvh::nbytes() const {
-  return nodes_.size() * sizeof(BvhNode) + boxes_.size() * sizeof(BoxBlock) +
+  return nodes_.size() * sizeof(BvhNode) + boxes_.size() * sizeof(float) +
          (own_f32_.size() + child_f32_.size() + leaf_vertices_.size()) * sizeof(float) +
          (own_f16_.size() + child_f16_.size()) * 2 + triangle_order_.size() * 4;
 }
@@ -86,8 +54,7 @@ BvhView KdopBvh::view() const {
           .slabs_f16 = {half ? own_f16_.data() : nullptr, half ? child_f16_.data() : nullptr},
           .leaf_vertices = leaf_vertices_.data(),
           .axis_count = axes,
-          .stride = axes <= 8 ? 16 : 32,
-          .lanes = lanes_of(options_.traversal)};
+          .stride = axes <= 8 ? 16 : 32};
 }
 
 std::vector<double> KdopBvh::supports(std::size_t node) const {
@@ -110,8 +77,8 @@ std::vector<double> KdopBvh::block_supports(std::size_t parent, int lane) const 
   std::vector<double> out;
   for (int o = 0; o < options_.axes.k(); ++o) {
     const int row = o < v.axis_count ? 2 * o : 2 * (o - v.axis_count) + 1;
-    const std::size_t at = static_cast<std::size_t>(n.block) * static_cast<std::size_t>(2 * v.axis_count * v.lanes) +
-                           static_cast<std::size_t>(row * v.lanes + lane);
+    const std::size_t at = std::size_t{n.first} * static_cast<std::size_t>(2 * v.axis_count) +
+                           static_cast<std::size_t>(row * n.count + lane);
     const Vec3d d = options_.axes.orientation(o);
     const double slab = child_f32_.empty() ? as_float(child_f16_[at]) : as_float(child_f32_[at]);
     out.push_back(slab * n.slab_unit + d.x * n.origin[0] + d.y * n.origin[1] + d.z * n.origin[2]);

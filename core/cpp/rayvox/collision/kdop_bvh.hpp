@@ -30,19 +30,15 @@ struct BvhOptions {
   std::uint64_t seed = 1;
 };
 
-/// Aligned to cache lines; large blocks to huge pages, which the kernel is asked for: a traversal touches little memory
-/// in many places.
-void* allocate_aligned(std::size_t bytes);
-void free_aligned(void* p, std::size_t bytes);
-
+/// Aligned to cache lines.
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
   AlignedAllocator() = default;
   template <class U>
   AlignedAllocator(const AlignedAllocator<U>&) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(allocate_aligned(n * sizeof(T))); }
-  void deallocate(T* p, std::size_t n) { free_aligned(p, n * sizeof(T)); }
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{64})); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
   bool operator==(const AlignedAllocator&) const { return true; }
 };
 template <class T>
@@ -70,7 +66,7 @@ class KdopBvh {
   BvhView view() const;
   /// A node's support values, k of them (orientations of axes()), metres relative to the mesh's centre.
   std::vector<double> supports(std::size_t node) const;
-  /// The same of a child as its parent's block has it; the hierarchy must have blocks.
+  /// The same of a child as its parent's rows have it.
   std::vector<double> block_supports(std::size_t parent, int lane) const;
 
  private:
@@ -79,7 +75,7 @@ class KdopBvh {
   std::shared_ptr<const CollisionMesh> mesh_;
   BvhOptions options_;
   AlignedVector<BvhNode> nodes_;
-  AlignedVector<BoxBlock> boxes_;
+  AlignedVector<float> boxes_;
   AlignedVector<float> own_f32_, child_f32_;
   AlignedVector<std::uint16_t> own_f16_, child_f16_;
   AlignedVector<float> leaf_vertices_;

@@ -110,7 +110,6 @@ bool leaf_pair(const TraversalQuery& q, const BvhNode& a, const BvhNode& b) {
   LeafTriangles of_a, of_b;
   const float none[3] = {}, unit[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   place_triangles<L>(q.a.leaf_vertices + 9 * std::size_t{a.first}, a.count, frame.rotation, frame.offset, of_a);
-  place_triangles<L>(q.b.leaf_vertices + 9 * std::size_t{b.first}, b.count, has_box ? b.box_axis : unit, none, of_b);
   const float slack = frame.difference_error;
 
   unsigned in_reach = (1u << a.count) - 1;
@@ -120,7 +119,9 @@ bool leaf_pair(const TraversalQuery& q, const BvhNode& a, const BvhNode& b) {
     unsigned in = 0;
     for (int l = 0; l < a.count; l += L::width) in |= lanes_in_box<L>(of_a, l, low, high) << l;
     in_reach &= in;
+    if (!in_reach) return false;
   }
+  place_triangles<L>(q.b.leaf_vertices + 9 * std::size_t{b.first}, b.count, has_box ? b.box_axis : unit, none, of_b);
   for (; in_reach; in_reach &= in_reach - 1) {
     const int i = __builtin_ctz(in_reach);
     float low[3], high[3], origin[3];

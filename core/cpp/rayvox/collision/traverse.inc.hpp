@@ -21,7 +21,7 @@ const Slab* own_slabs(const BvhView& v, std::uint32_t node) {
 
 template <class Slab>
 const Slab* child_slabs(const BvhView& v, const BvhNode& node) {
-  return slabs_of<Slab>(v).child + std::size_t{node.block} * static_cast<std::size_t>(2 * v.axis_count * v.lanes);
+  return slabs_of<Slab>(v).child + std::size_t{node.first} * static_cast<std::size_t>(2 * v.axis_count);
 }
 
 /// One pair of k-DOPs, one orientation after the other; b's is re-enclosed as far as it is looked at.
@@ -71,30 +71,26 @@ bool overlap_by_orientation(const TraversalQuery& q, std::uint32_t a, std::uint3
   return true;
 }
 
-/// One k-DOP against the children of `node` (Algorithm 2): the children that it overlaps.
+/// One k-DOP against the children of `node` (Algorithm 2): those of the children `alive` that it overlaps.
 template <class L, class Slab>
-unsigned overlapped_children(const BvhView& v, const BvhNode& node, const float* threshold, TraversalCounts& counts) {
+unsigned overlapped_children(const BvhView& v, const BvhNode& node, const float* threshold, unsigned alive,
+                             TraversalCounts& counts) {
   const Slab* block = child_slabs<Slab>(v, node);
   const int half = v.stride / 2;
   counts.node_pairs += node.count;
-  unsigned alive = (1u << node.count) - 1;
-  for (int i = 0; i < v.axis_count && alive; ++i, block += 2 * v.lanes) {
-    ++counts.axis_tests;
-    const auto low = L::broadcast(threshold[i]), high = L::broadcast(threshold[half + i]);
+  // Looking whether any child is left costs as much as an axis, so four axes go at once.
+  for (int i = 0; i < v.axis_count && alive; i += 4) {
+    const int end = i + 4 < v.axis_count ? i + 4 : v.axis_count;
+    counts.axis_tests += static_cast<unsigned>(end - i);
     unsigned reached = 0;
-    if (v.lanes == 4) {
-      const auto a = L::load_four(block), b = L::load_four(block + 4);
-      for (int l = 0; l < 4; l += L::width) {
-        reached |= L::bits(L::both(L::not_less(L::repeat(a, l / L::width), low),
-                                   L::not_less(L::repeat(b, l / L::width), high)))
-                   << l;
+    for (int l = 0; l < node.count; l += L::width) {
+      auto overlap = L::first(L::width);
+      for (int axis = i; axis < end; ++axis) {
+        const Slab* row = block + 2 * axis * node.count + l;
+        overlap = L::both(overlap, L::not_less(L::load(row), L::broadcast(threshold[axis])));
+        overlap = L::both(overlap, L::not_less(L::load(row + node.count), L::broadcast(threshold[half + axis])));
       }
-    } else {
-      for (int l = 0; l < 16; l += L::width) {
-        if ((alive >> l) == 0) break;
-        reached |= L::bits(L::both(L::not_less(L::load(block + l), low), L::not_less(L::load(block + 16 + l), high)))
-                   << l;
-      }
+      reached |= L::bits(overlap) << l;
     }
     alive &= reached;
   }
@@ -118,13 +114,13 @@ unsigned overlapped_pairs(const TraversalQuery& q, const BvhNode& a, const BvhNo
     typename L::Four side[2], threshold[2];
     for (int s = 0; s < 2; ++s) {
       const int o = s * (q.a.stride / 2) + i;
-      const auto term = [&](int j) { return L::load_four(of_b + 4 * change.block_row[j][o]); };
+      const auto term = [&](int j) { return L::load_four(of_b + b.count * change.block_row[j][o]); };
       auto sum = L::multiply_add(change.coefficient[0][o], term(0), L::broadcast_four(0.0f));
       sum = L::multiply_add(change.coefficient[1][o], term(1), sum);
       sum = L::multiply_add(change.coefficient[2][o], term(2), sum);
       const float base = ((s == 0 ? moved : -moved) - q.pose->margin_m) * per_unit;
       threshold[s] = L::multiply_add(scale, sum, L::broadcast_four(base));
-      side[s] = L::load_four(of_a + 4 * (2 * i + s));
+      side[s] = L::load_four(of_a + a.count * (2 * i + s));
     }
     unsigned reached = 0;
     for (int block = 0; block < 16 / L::width; ++block) {
@@ -179,11 +175,11 @@ std::size_t test_one_side(const TraversalQuery& q, std::uint32_t a, std::uint32_
   const RelativePose& pose = *q.pose;
   if (into_b) {
     realign<L>(own_slabs<Slab>(q.a, a), na, nb, pose.a_to_b, *pose.orientations, pose.margin_m, q.a.stride, threshold);
-    const unsigned children = overlapped_children<L, Slab>(q.b, nb, threshold, *q.counts);
+    const unsigned children = overlapped_children<L, Slab>(q.b, nb, threshold, (1u << nb.count) - 1, *q.counts);
     return push_children(q.stack, waiting, children, pair_of(a, nb.first), 1);
   }
   realign<L>(own_slabs<Slab>(q.b, b), nb, na, pose.b_to_a, *pose.orientations, pose.margin_m, q.a.stride, threshold);
-  const unsigned children = overlapped_children<L, Slab>(q.a, na, threshold, *q.counts);
+  const unsigned children = overlapped_children<L, Slab>(q.a, na, threshold, (1u << na.count) - 1, *q.counts);
   return push_children(q.stack, waiting, children, pair_of(na.first, b), std::uint64_t{1} << 32);
 }
 

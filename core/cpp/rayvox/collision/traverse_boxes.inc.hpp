@@ -24,18 +24,20 @@ template <class L>
 struct BoxLanes {
   using Float = typename L::Float;
   const PlacedBox& box;
-  const BoxBlock& block;
-  int l;
+  const float* rows;
+  int count;
   Float d[3], half[3], along[3], r[3][3], abs_r[3][3];
 
-  BoxLanes(const PlacedBox& b, const BoxBlock& children, int lane) : box(b), block(children), l(lane) {
+  /// `first`: the first row from the first lane on; `n` values a row.
+  BoxLanes(const PlacedBox& b, const float* first, int n) : box(b), rows(first), count(n) {
     for (int c = 0; c < 3; ++c) {
-      d[c] = L::subtract(L::load(block.centre[c] + l), L::broadcast(box.centre[c]));
-      half[c] = L::load(block.half[c] + l);
+      d[c] = L::subtract(row(box_row::centre + c), L::broadcast(box.centre[c]));
+      half[c] = row(box_row::half + c);
     }
   }
 
-  Float axis(int j, int c) const { return L::load(block.axis[j][c] + l); }
+  Float row(int index) const { return L::load(rows + index * count); }
+  Float axis(int j, int c) const { return row(box_row::axis + 3 * j + c); }
 
   void project(int i) {
     along[i] = dot<L>(box.axis[i], d);
@@ -76,9 +78,9 @@ struct BoxLanes {
 };
 
 template <class L>
-unsigned overlapped_boxes(const PlacedBox& box, const BoxBlock& block, int lane, unsigned alive, float margin_m,
+unsigned overlapped_boxes(const PlacedBox& box, const float* rows, int count, unsigned alive, float margin_m,
                           TraversalCounts& counts) {
-  BoxLanes<L> lanes(box, block, lane);
+  BoxLanes<L> lanes(box, rows, count);
   lanes.project(0);
   ++counts.axis_tests;
   alive &= ~lanes.apart_on_placed(0);
@@ -99,10 +101,11 @@ template <class L>
 unsigned box_vs_children(const BvhNode& a, const BvhView& to, const BvhNode& b, const FrameChange& change,
                          float margin_m, unsigned wanted, TraversalCounts& counts) {
   const PlacedBox box = place_box(a, b, change, margin_m);
+  const float* rows = to.boxes + box_rows * std::size_t{b.first};
   unsigned alive = 0;
   for (int l = 0; l < b.count; l += L::width) {
     const unsigned here = wanted >> l & ((1u << L::width) - 1);
-    if (here) alive |= overlapped_boxes<L>(box, to.boxes[b.block], l, here, margin_m, counts) << l;
+    if (here) alive |= overlapped_boxes<L>(box, rows + l, b.count, here, margin_m, counts) << l;
   }
   return alive;
 }
@@ -112,31 +115,15 @@ unsigned children_in_reach(const TraversalQuery& q, const BvhView& from, std::ui
                            std::uint32_t b, const FrameChange& change) {
   alignas(64) float threshold[32];
   const BvhNode &na = from.nodes[a], &nb = to.nodes[b];
+  // Near the leaves boxes are the thinner volumes, above them k-DOPs: the likelier test to end it all comes first.
+  unsigned children = (1u << nb.count) - 1;
+  const bool boxes_first = to.nodes[nb.first].is_leaf;
+  if (boxes_first) children = box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts);
+  if (!children) return 0;
   realign<L>(own_slabs<Slab>(from, a), na, nb, change, *q.pose->orientations, q.pose->margin_m, to.stride, threshold);
-  const unsigned children = overlapped_children<L, Slab>(to, nb, threshold, *q.counts);
-  return children ? box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts) : 0;
-}
-
-inline void prefetch_bytes(const void* p, std::size_t bytes) {
-  for (std::size_t at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(p) + at);
-}
-
-// The memory that the next pair will read, while the present one is tested.
-template <class Slab>
-void prefetch_pair(const TraversalQuery& q, std::uint64_t pair) {
-  const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
-  const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
-  if (na.is_leaf && nb.is_leaf) {
-    prefetch_bytes(q.a.leaf_vertices + 9 * std::size_t{na.first}, std::size_t{36} * na.count);
-    prefetch_bytes(q.b.leaf_vertices + 9 * std::size_t{nb.first}, std::size_t{36} * nb.count);
-    return;
-  }
-  const bool into_b = descends_into_b(na, nb);
-  const BvhView& to = into_b ? q.b : q.a;
-  const BvhNode& opened = into_b ? nb : na;
-  prefetch_bytes(own_slabs<Slab>(into_b ? q.a : q.b, into_b ? a : b), 32 * sizeof(Slab));
-  prefetch_bytes(child_slabs<Slab>(to, opened), 512);
-  prefetch_bytes(&to.boxes[opened.block], sizeof(BoxBlock));
+  children &= overlapped_children<L, Slab>(to, nb, threshold, children, *q.counts);
+  if (boxes_first || !children) return children;
+  return box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts);
 }
 
 template <class L, class Slab>
@@ -146,7 +133,6 @@ void hybrid(const TraversalQuery& q) {
   const RelativePose& pose = *q.pose;
   while (waiting > 0) {
     const std::uint64_t pair = q.stack[--waiting];
-    if (waiting > 0) prefetch_pair<Slab>(q, q.stack[waiting - 1]);
     const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
     const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
     if (na.is_leaf && nb.is_leaf) {

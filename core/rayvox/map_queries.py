@@ -11,13 +11,30 @@ import numpy.typing as npt
 
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64, as_rigid, as_vector
-from rayvox.errors import InvalidInputError
+from rayvox.embree_library import load_embree
+from rayvox.errors import EngineUnavailableError, InvalidInputError
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits
 from rayvox.sensor_model import SensorModel
 
 Leaves = tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8], npt.NDArray[np.float32]]
 ExportFormat = Literal["bt", "ot", "ply"]
+RayEngine = Literal["auto", "octree", "embree"]
+RAY_ENGINES: tuple[RayEngine, ...] = ("auto", "octree", "embree")
+_FEWEST_RAYS_FOR_EMBREE = 50_000
+
+
+def _most_leaves_for_embree(engine: RayEngine, rays: int) -> int:
+    """How many occupied leaves are worth a scene for these rays; 0: none."""
+    if engine == "octree" or (engine == "auto" and rays < _FEWEST_RAYS_FOR_EMBREE):
+        return 0
+    try:
+        load_embree()
+    except EngineUnavailableError:
+        if engine == "embree":
+            raise
+        return 0
+    return 2**63 - 1 if engine == "embree" else rays
 
 
 class MapQueries(ABC):
@@ -81,13 +98,20 @@ class MapQueries(ABC):
         directions: npt.ArrayLike,
         max_range_m: float | None = None,
         unknown: Literal["free", "occupied"] = "free",
+        engine: RayEngine = "auto",
     ) -> RayHits:
         """The first occupied voxel along n rays; with unknown="occupied" also the first unknown one.
 
         origins (n, 3) or (3,) metres; directions (n, 3), any length. The origin's own voxel counts. max_range_m None:
-        as far as the octree reaches. Raises InvalidInputError naming the ray, OutOfRangeError for an origin beyond
-        the octree.
+        as far as the octree reaches. engine: "octree" strides through the octree's nodes; "embree" shoots through a
+        scene of the occupied leaves, built for this call; "auto" takes the latter for many rays, if Embree is there,
+        there are no more occupied leaves than rays, and unknown space stops none. The answers are the same. Raises
+        InvalidInputError naming the ray, OutOfRangeError for an origin beyond the octree, EngineUnavailableError.
         """
+        if engine not in RAY_ENGINES:
+            raise InvalidInputError(f"engine must be one of {', '.join(RAY_ENGINES)}, got {engine!r}")
+        if engine == "embree" and unknown != "free":
+            raise InvalidInputError("engine 'embree' needs unknown='free': its scene holds occupied leaves only")
         if unknown not in ("free", "occupied"):
             raise InvalidInputError(f"unknown must be 'free' or 'occupied', got {unknown!r}")
         towards = as_points_f64(directions, "directions")
@@ -97,7 +121,8 @@ class MapQueries(ABC):
         if start.shape != towards.shape:
             raise InvalidInputError(f"origins has shape {start.shape}, directions {towards.shape}")
         reach = checked_range(max_range_m)
-        return RayHits(*self._revision_asked().cast_rays(start, towards, reach, unknown == "occupied"))
+        most_leaves = _most_leaves_for_embree(engine, len(towards)) if unknown == "free" else 0
+        return RayHits(*self._revision_asked().cast_rays(start, towards, reach, unknown == "occupied", most_leaves))
 
     def depth_image(
         self,

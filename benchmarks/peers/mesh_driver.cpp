@@ -1,5 +1,5 @@
-// Times boolean mesh-mesh queries of Coal (-DWITH_COAL) or FCL, without any binding between: builds two hierarchies from
-// the mesh file, then asks at every pose, and writes one byte a pose and the seconds as JSON to standard output.
+// Times boolean mesh-mesh queries of Coal (-DWITH_COAL) or FCL, without any binding between: builds two hierarchies
+// from the mesh file, then asks at every pose, and writes one byte a pose and the seconds as JSON to standard output.
 //
 //   mesh_driver MESH POSES VERDICTS REPEATS
 //
@@ -139,10 +139,12 @@ int main(int, char** arguments) {
   for (int repeat = 0; repeat < std::atoi(arguments[4]); ++repeat) {
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < poses.size(); ++i) verdicts[i] = collide(*a, *b, poses[i]);
-    passes += (passes.empty() ? "" : ", ") + std::to_string(1e6 * seconds_since(start) / static_cast<double>(poses.size()));
+    passes +=
+        (passes.empty() ? "" : ", ") + std::to_string(1e6 * seconds_since(start) / static_cast<double>(poses.size()));
   }
   std::ofstream(arguments[3], std::ios::binary).write(verdicts.data(), static_cast<std::streamsize>(verdicts.size()));
-  std::printf("{\"build_obbrss_s\": %.6f, \"build_obb_s\": %.6f, \"query_us\": [%s]}\n", build_obbrss, build_obb, passes.c_str());
+  std::printf("{\"build_obbrss_s\": %.6f, \"build_obb_s\": %.6f, \"query_us\": [%s]}\n", build_obbrss, build_obb,
+              passes.c_str());
   std::fflush(stdout);
   std::_Exit(0);  // FCL's and OctoMap's libraries, as packaged, free each other's statics at exit
 }

@@ -51,7 +51,7 @@ def test_importing_rayvox_and_its_service_does_not_import_open3d() -> None:
 
 def test_kernel_folders_include_only_downwards() -> None:
     kernel = ROOT / "core/cpp/rayvox"
-    # The kernels' translation units are instantiated from octree/ and ray_shooting/ sources, and share their plain
+    # The kernels' translation units are instantiated from sources of the layers above, and share their plain
     # structs.
     exempt = {"simd"}
     for file in [*kernel.rglob("*.hpp"), *kernel.rglob("*.cpp")]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64
 from rayvox.errors import InvalidInputError
+from rayvox.mesh_io import LoadLimits, read_mesh
 
 Construction = Literal["bng", "longest_axis", "extended_longest_axis", "sah"]
 Slabs = Literal["float16", "float32"]
@@ -43,6 +45,19 @@ class CollisionMesh:
                 f"triangles must be integers of shape (m, 3), got {indices.dtype} of shape {indices.shape}"
             )
         self.native = _native.CollisionMesh(points, np.ascontiguousarray(indices, dtype=np.int64))
+
+    @classmethod
+    def from_file(
+        cls, path: str | os.PathLike[str], scale: float = 1.0, limits: LoadLimits | None = None
+    ) -> CollisionMesh:
+        """From an STL, OBJ, PLY, OFF, DAE or GLB file, whose units times `scale` are metres.
+
+        Raises MeshFormatError, LoadLimitError, OSError, and InvalidInputError for a scale that is not positive.
+        """
+        if not (np.isfinite(scale) and scale > 0):
+            raise InvalidInputError(f"scale must be positive, got {scale}")
+        mesh = read_mesh(path, limits)
+        return cls(mesh.vertices * scale, mesh.triangles)
 
     @property
     def triangle_count(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -138,3 +139,14 @@ def test_bad_options_and_poses_are_refused() -> None:
         rayvox.collide(mesh.bvh(), mesh.bvh(), np.eye(3))
     with pytest.raises(InvalidInputError, match="different traversals"):
         rayvox.collide(mesh.bvh(), mesh.bvh(traversal="1vs16"))
+
+
+def test_a_mesh_file_is_read_in_metres(tmp_path: Path) -> None:
+    file = tmp_path / "corner.obj"
+    file.write_text("v 0 0 0\nv 1000 0 0\nv 0 1000 0\nv 0 0 1000\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    mesh = rayvox.CollisionMesh.from_file(file, scale=0.001)
+    assert mesh.triangle_count == 4
+    assert mesh.is_closed
+    assert mesh.radius_m == pytest.approx(np.sqrt(0.75))
+    with pytest.raises(rayvox.InvalidInputError, match="scale"):
+        rayvox.CollisionMesh.from_file(file, scale=0.0)

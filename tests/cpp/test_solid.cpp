@@ -55,13 +55,15 @@ FACT(an_open_box_contains_nothing) {
   CHECK_EQUAL(state(box(2), open, identity()), 2);  // an open surface inside a solid collides
 }
 
-FACT(a_hollow_is_outside) {
+FACT(a_part_in_the_wall_or_the_void_of_a_hollow_box_is_inside) {
   Soup shell = box(1);
   add_box(shell, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}, false);
   CHECK(shell.mesh()->is_closed());
   CHECK_EQUAL(static_cast<int>(shell.mesh()->components().size()), 2);
-  // Each surface is a component of its own: the inner one's solid is the hollow, seen alone.
   CHECK_EQUAL(state(shell, box(0.1), translated({0.75, 0, 0})), 2);
+  // The void counts as inside: each closed surface bounds a solid of its own, whatever is nested in it. Nothing gets in
+  // there without passing the wall.
+  CHECK_EQUAL(state(shell, box(0.1), identity()), 2);
 }
 
 FACT(each_component_of_a_mesh_is_looked_at) {

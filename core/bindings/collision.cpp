@@ -7,6 +7,7 @@
 #include <string>
 
 #include "arrays.hpp"
+#include "named.hpp"
 #include "rayvox/collision/collide.hpp"
 #include "rayvox/collision/kdop_bvh.hpp"
 #include "rayvox/error.hpp"
@@ -17,16 +18,6 @@ namespace {
 using Release = nb::gil_scoped_release;
 using Indices3 = nb::ndarray<const std::int64_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Matrices4 = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
-
-template <class T, std::size_t n>
-T by_name(const std::string& name, const char* what, const std::pair<const char*, T> (&values)[n]) {
-  std::string known;
-  for (const auto& [text, value] : values) {
-    if (name == text) return value;
-    known += (known.empty() ? "" : ", ") + std::string(text);
-  }
-  throw InvalidInput(std::string(what) + " must be one of " + known + "; got " + name);
-}
 
 Construction construction_named(const std::string& name) {
   return by_name<Construction>(name, "construction",
@@ -47,11 +38,6 @@ Traversal traversal_named(const std::string& name) {
 
 SlabFormat slabs_named(const std::string& name) {
   return by_name<SlabFormat>(name, "slabs", {{"float16", SlabFormat::float16}, {"float32", SlabFormat::float32}});
-}
-
-Contacts contacts_named(const std::string& name) {
-  return by_name<Contacts>(name, "contacts",
-                           {{"none", Contacts::none}, {"first", Contacts::first}, {"all", Contacts::all}});
 }
 
 std::shared_ptr<KdopBvh> build(const std::shared_ptr<CollisionMesh>& mesh, int k, const std::optional<Points64>& axes,

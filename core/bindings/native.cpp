@@ -14,6 +14,7 @@ void bind_snapshot(nb::module_& m);
 void bind_map(nb::module_& m);
 void bind_robot(nb::module_& m);
 void bind_collision(nb::module_& m);
+void bind_map_collision(nb::module_& m);
 
 namespace {
 
@@ -55,6 +56,7 @@ NB_MODULE(_native, m) {
   bind_map(m);
   bind_robot(m);
   bind_collision(m);
+  bind_map_collision(m);
   m.def("thread_count", &thread_count);
   m.def("set_thread_count", &set_thread_count, nb::arg("count"));
   m.def("instruction_set", [] { return kernels().instruction_set; });

@@ -5,6 +5,7 @@ The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvo
 
 from rayvox._native import instruction_set, set_thread_count, thread_count
 from rayvox.collide import CollisionContacts, TraversalStatistics, collide
+from rayvox.collision_checker import CollisionCheck, CollisionChecker, CollisionVerdict, VoxelContacts
 from rayvox.collision_mesh import CollisionMesh, MeshBvh
 from rayvox.errors import (
     EngineUnavailableError,
@@ -22,6 +23,7 @@ from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
 from rayvox.robot import Robot
+from rayvox.self_collision import links_touch
 from rayvox.sensor_model import SensorModel
 
 __version__ = "0.1.0"
@@ -29,8 +31,11 @@ __version__ = "0.1.0"
 __all__ = [
     "ENGINES",
     "ChangeSet",
+    "CollisionCheck",
+    "CollisionChecker",
     "CollisionContacts",
     "CollisionMesh",
+    "CollisionVerdict",
     "Engine",
     "EngineUnavailableError",
     "InvalidInputError",
@@ -54,9 +59,11 @@ __all__ = [
     "SensorModel",
     "TraversalStatistics",
     "TriangleMesh",
+    "VoxelContacts",
     "__version__",
     "collide",
     "instruction_set",
+    "links_touch",
     "set_thread_count",
     "thread_count",
 ]

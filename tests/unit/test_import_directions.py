@@ -23,7 +23,7 @@ OURS = {"rayvox", "rayvox_client", "rayvox_service"}
 CLI = ROOT / "service/rayvox_service/cli"
 
 # Kernel folders, top first: each may include from itself and from what stands after it.
-KERNEL_LAYERS = ["", "robot", "collision", "ray_shooting", "octree", "simd", "parallel", "geometry"]
+KERNEL_LAYERS = ["", "robot", "map_collision", "collision", "ray_shooting", "octree", "simd", "parallel", "geometry"]
 
 
 def imported_packages(file: Path) -> set[str]:

@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from rayvox import _native
+from rayvox.collision_mesh import CollisionMesh, MeshBvh
 from rayvox.mesh_io import TriangleMesh
 from rayvox.mesh_io.triangle_mesh import MeshParts
 from rayvox.robot.bounding_capsule import NO_CAPSULE, bounding_capsule
@@ -53,6 +55,16 @@ class Link:
     def capsule(self) -> npt.NDArray[np.float64]:
         """(7,): both ends of a segment and the radius around it that holds the mesh; radius -1 without geometry."""
         return bounding_capsule(self.mesh.vertices) if self.geometries else NO_CAPSULE
+
+    @cached_property
+    def bvh(self) -> MeshBvh | None:
+        """The mesh's hierarchy for collision queries; None without geometry."""
+        return CollisionMesh(self.mesh.vertices, self.mesh.triangles).bvh() if self.geometries else None
+
+    @cached_property
+    def body(self) -> _native.LinkBody | None:
+        """The hierarchy as queries against maps traverse it; None without geometry."""
+        return _native.LinkBody(self.bvh.native) if self.bvh is not None else None
 
     @property
     def is_closed(self) -> bool:

@@ -1,10 +1,12 @@
 #pragma once
-// The traversals of two hierarchies, once per instruction set, from the same sources (collision/*.inc.hpp), chosen at
-// run time as kernels.hpp says. Their translation units may call nothing inline that the rest of the program shares.
+// The traversals of two hierarchies and the tests of one against voxels, once per instruction set, from the same
+// sources (collision/ and map_collision/*.inc.hpp), chosen at run time as kernels.hpp says. Their translation units may
+// call nothing inline that the rest of the program shares.
 #include <cstddef>
 #include <cstdint>
 
 #include "rayvox/collision/bvh_view.hpp"
+#include "rayvox/map_collision/placed_boxes.hpp"
 
 namespace rayvox {
 
@@ -61,6 +63,11 @@ struct CollisionKernels {
   void (*traverse[5])(const TraversalQuery&);
   /// The cone that each of 16 directions (x, y and z in rows) lies in.
   void (*choose_cones)(const ConeRows&, const float (*direction)[16], std::int32_t* cone);
+  // A mesh against voxels (map_collision/cube_tests.inc.hpp).
+  void (*place_boxes)(const BoxBlock&, const float* rotation, float margin_m, PlacedBoxes&);
+  unsigned (*boxes_meeting_cube)(const PlacedBoxes&, const LocalCube&);
+  void (*place_triangles)(const TriangleBlock&, const float* rotation, TriangleBlock&);
+  unsigned (*triangles_meeting_cube)(const TriangleBlock&, const LocalCube&);
 };
 
 /// The kernels of the instruction set that kernels() chose.

@@ -13,6 +13,7 @@ namespace {
 #include "rayvox/collision/leaf_pair.inc.hpp"
 #include "rayvox/collision/traverse.inc.hpp"
 #include "rayvox/collision/traverse_boxes.inc.hpp"
+#include "rayvox/map_collision/cube_tests.inc.hpp"
 // clang-format on
 
 }  // namespace
@@ -22,6 +23,10 @@ const CollisionKernels collision_table{
     "portable",
     {traverse_scalar, traverse_by_orientation<CollisionLanes>, traverse_one_vs_sixteen<CollisionLanes>,
      traverse_four_vs_four<CollisionLanes>, traverse_hybrid<CollisionLanes>},
-    choose_cones<CollisionLanes>};
+    choose_cones<CollisionLanes>,
+    place_boxes<CollisionLanes>,
+    boxes_meeting_cube<CollisionLanes>,
+    place_triangles<CollisionLanes>,
+    triangles_meeting_cube<CollisionLanes>};
 
 }  // namespace rayvox::portable

@@ -1,0 +1,71 @@
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "arrays.hpp"
+#include "named.hpp"
+#include "owners.hpp"
+#include "rayvox/error.hpp"
+#include "rayvox/map_collision/check_poses.hpp"
+
+namespace rayvox::bindings {
+namespace {
+
+using Release = nb::gil_scoped_release;
+using LinkPoses = nb::ndarray<const double, nb::shape<-1, -1, 4, 4>, nb::c_contig, nb::device::cpu>;
+
+nb::tuple contact_arrays(const std::vector<VoxelContact>& contacts) {
+  NewArray<std::int64_t, 6> rows(contacts.size());
+  NewArray<float> log_odds(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const VoxelContact& contact = contacts[i];
+    const std::int64_t row[] = {contact.pose,     contact.link,     contact.first[0],
+                                contact.first[1], contact.first[2], contact.level};
+    std::copy_n(row, 6, rows.data() + 6 * i);
+    log_odds.data()[i] = contact.log_odds;
+  }
+  return nb::make_tuple(rows.release(), log_odds.release());
+}
+
+nb::tuple check(const OwnedSnapshot& map, const std::vector<const LinkBody*>& bodies,
+                const std::vector<double>& paddings_m, const LinkPoses& T_map_links, bool unknown_is_occupied,
+                float occupied_log_odds, const std::string& contacts) {
+  if (paddings_m.size() != bodies.size() || T_map_links.shape(1) != bodies.size()) {
+    throw InvalidInput("a check needs one padding and one pose per link");
+  }
+  std::vector<MapCheckLink> links;
+  for (std::size_t i = 0; i < bodies.size(); ++i) links.push_back({bodies[i], paddings_m[i]});
+  const MapCheckOptions options{unknown_is_occupied, occupied_log_odds, contacts_named(contacts)};
+  MapCheckResult result;
+  {
+    Release release;
+    result = check_poses(map, links, {T_map_links.data(), 16 * bodies.size() * T_map_links.shape(0)}, options);
+  }
+  NewArray<std::uint8_t> verdict(result.verdict.size());
+  std::copy(result.verdict.begin(), result.verdict.end(), verdict.data());
+  const nb::tuple found = contact_arrays(result.contacts);
+  return nb::make_tuple(verdict.release(), found[0], found[1]);
+}
+
+}  // namespace
+
+void bind_map_collision(nb::module_& m) {
+  nb::class_<LinkBody>(m, "LinkBody")
+      .def(
+          "__init__",
+          [](LinkBody* self, std::shared_ptr<KdopBvh> bvh) {
+            Release release;
+            new (self) LinkBody(std::move(bvh));
+          },
+          nb::arg("bvh"));
+  m.def("check_poses", &check, nb::arg("map"), nb::arg("bodies"), nb::arg("paddings_m"), nb::arg("T_map_links"),
+        nb::arg("unknown_is_occupied"), nb::arg("occupied_log_odds"), nb::arg("contacts"),
+        nb::sig("def check_poses(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], "
+                "T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, "
+                "contacts: str) -> tuple[NDArray[numpy.uint8], NDArray[numpy.int64], NDArray[numpy.float32]]"));
+}
+
+}  // namespace rayvox::bindings

@@ -1,0 +1,90 @@
+#include "rayvox/map_collision/check_poses.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "rayvox/error.hpp"
+#include "rayvox/geometry/rigid_transform.hpp"
+#include "rayvox/map_collision/octree_descent.hpp"
+#include "rayvox/map_collision/placed_body.hpp"
+#include "rayvox/parallel/parallel_for.hpp"
+
+namespace rayvox {
+namespace {
+
+constexpr std::size_t poses_per_task = 16;
+
+RigidTransform pose_at(std::span<const double> T_map_links, std::size_t pose, std::size_t link, std::size_t links) {
+  try {
+    return RigidTransform::from_matrix(T_map_links.data() + 16 * (pose * links + link));
+  } catch (const InvalidInput& error) {
+    throw InvalidInput("T_map_links[" + std::to_string(pose) + "][" + std::to_string(link) + "]: " + error.what());
+  }
+}
+
+// One thread's bodies, placed at one pose after the other.
+class Checker {
+ public:
+  Checker(const MapSnapshot& map, std::span<const MapCheckLink> links, const MapCheckOptions& options)
+      : descent_(map, options) {
+    const CollisionKernels& kernels = options.kernels ? *options.kernels : collision_kernels();
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+      if (!links[i].body) continue;
+      bodies_.emplace_back(*links[i].body, map.geometry, links[i].padding_m, kernels);
+      link_of_.push_back(i);
+    }
+  }
+
+  MapVerdict check(std::size_t pose, std::span<const double> T_map_links, std::size_t links) {
+    descent_.start_pose(static_cast<std::uint32_t>(pose));
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      bodies_[i].place(pose_at(T_map_links, pose, link_of_[i], links));
+      if (descent_.check_link(bodies_[i], link_of_[i])) break;
+    }
+    return descent_.verdict();
+  }
+
+  std::vector<VoxelContact>& contacts() { return descent_.contacts(); }
+
+ private:
+  OctreeDescent descent_;
+  std::vector<PlacedBody> bodies_;
+  std::vector<std::uint32_t> link_of_;
+};
+
+void require_valid(std::span<const MapCheckLink> links, std::span<const double> T_map_links) {
+  if (links.empty() || T_map_links.size() % (16 * links.size()) != 0) {
+    throw InvalidInput("a pose needs one 4x4 matrix for each of " + std::to_string(links.size()) + " links");
+  }
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (!(links[i].padding_m >= 0 && std::isfinite(links[i].padding_m))) {
+      throw InvalidInput("padding of link " + std::to_string(i) + " must be finite and at least 0");
+    }
+  }
+}
+
+}  // namespace
+
+MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink> links,
+                           std::span<const double> T_map_links, const MapCheckOptions& options) {
+  require_valid(links, T_map_links);
+  const std::size_t count = T_map_links.size() / (16 * links.size());
+  const std::size_t tasks = (count + poses_per_task - 1) / poses_per_task;
+  const int workers = static_cast<int>(std::min<std::size_t>(tasks, static_cast<std::size_t>(thread_count())));
+  MapCheckResult result;
+  result.verdict.resize(count);
+  std::vector<std::unique_ptr<Checker>> checkers(static_cast<std::size_t>(std::max(workers, 1)));
+  std::vector<std::vector<VoxelContact>> contacts(tasks);
+  parallel_for(tasks, std::max(workers, 1), [&](std::size_t task, int worker) {
+    std::unique_ptr<Checker>& checker = checkers[static_cast<std::size_t>(worker)];
+    if (!checker) checker = std::make_unique<Checker>(map, links, options);
+    for (std::size_t i = task * poses_per_task; i < std::min(count, (task + 1) * poses_per_task); ++i) {
+      result.verdict[i] = static_cast<std::uint8_t>(checker->check(i, T_map_links, links.size()));
+    }
+    contacts[task].swap(checker->contacts());
+  });
+  for (const auto& part : contacts) result.contacts.insert(result.contacts.end(), part.begin(), part.end());
+  return result;
+}
+
+}  // namespace rayvox

@@ -1,0 +1,74 @@
+#include "rayvox/map_collision/link_body.hpp"
+
+#include <algorithm>
+
+#include "rayvox/error.hpp"
+
+namespace rayvox {
+
+LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh) : bvh_(std::move(bvh)), solid_(*bvh_) {
+  if (bvh_->options().traversal != Traversal::hybrid) {
+    throw InvalidInput("a mesh that collides with maps needs a hierarchy for hybrid traversal");
+  }
+  const BvhNode& root = bvh_->nodes()[0];
+  blocks_.emplace_back();
+  BoxBlock& boxes = blocks_[0].boxes;
+  boxes = {};
+  for (int c = 0; c < 3; ++c) {
+    boxes.centre[c][0] = root.origin[c];
+    boxes.half[c][0] = root.box_half[c];
+    for (int j = 0; j < 3; ++j) boxes.axis[j][c][0] = root.box_axis[3 * j + c];
+  }
+  Block around = blocks_[0];
+  add_child(around, 0, 0);
+  blocks_[0] = around;
+}
+
+void LinkBody::add_child(Block& block, int lane, std::uint32_t node) {
+  const BvhNode& child = bvh_->nodes()[node];
+  const auto bit = static_cast<std::uint16_t>(1u << lane);
+  if (child.is_leaf) {
+    block.leaves |= bit;
+    block.child[lane] = add_leaf(node);
+  } else {
+    block.inner |= bit;
+    block.largest_radius_m = std::max(block.largest_radius_m, child.radius);
+    block.child[lane] = add_block(node);
+  }
+}
+
+std::uint32_t LinkBody::add_block(std::uint32_t index) {
+  const BvhNode& node = bvh_->nodes()[index];
+  const std::size_t at = blocks_.size();
+  blocks_.emplace_back();
+  Block block{};
+  const float* rows = bvh_->view().boxes + std::size_t{box_rows} * node.first;
+  const auto value = [&](int row, int lane) { return rows[row * node.count + lane]; };
+  for (int lane = 0; lane < node.count; ++lane) {
+    for (int c = 0; c < 3; ++c) {
+      block.boxes.centre[c][lane] = node.origin[c] + value(box_row::centre + c, lane);
+      block.boxes.half[c][lane] = value(box_row::half + c, lane);
+      for (int j = 0; j < 3; ++j) block.boxes.axis[j][c][lane] = value(box_row::axis + 3 * j + c, lane);
+    }
+    add_child(block, lane, node.first + static_cast<std::uint32_t>(lane));
+  }
+  blocks_[at] = block;
+  return static_cast<std::uint32_t>(at);
+}
+
+std::uint32_t LinkBody::add_leaf(std::uint32_t index) {
+  const BvhNode& node = bvh_->nodes()[index];
+  Leaf leaf{};
+  leaf.first = node.first;
+  leaf.count = node.count;
+  const float* from = bvh_->view().leaf_vertices + 9 * std::size_t{node.first};
+  for (int k = 0; k < 3; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      for (std::uint32_t i = 0; i < node.count; ++i) leaf.triangles.corner[k][c][i] = *from++ + node.origin[c];
+    }
+  }
+  leaves_.push_back(leaf);
+  return static_cast<std::uint32_t>(leaves_.size() - 1);
+}
+
+}  // namespace rayvox

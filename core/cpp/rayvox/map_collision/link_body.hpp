@@ -1,0 +1,48 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rayvox/collision/kdop_bvh.hpp"
+#include "rayvox/collision/solid.hpp"
+#include "rayvox/map_collision/placed_boxes.hpp"
+
+namespace rayvox {
+
+/// A rigid mesh's hierarchy as queries against maps traverse it: blocks of up to sixteen oriented boxes, relative to
+/// the mesh's centre, from one box around everything (block 0) down to leaves of up to sixteen triangles. Immutable.
+class LinkBody {
+ public:
+  struct Block {
+    BoxBlock boxes;
+    std::uint32_t child[16];              // lane: the block of an inner node's children, or a leaf
+    std::uint16_t inner = 0, leaves = 0;  // lanes
+    float largest_radius_m = 0;           // of its inner nodes
+  };
+  struct Leaf {
+    TriangleBlock triangles;
+    std::uint32_t first;  // position in the hierarchy's leaf order
+    std::uint32_t count;
+  };
+
+  /// Throws InvalidInput unless the hierarchy is built for hybrid traversal, which has such boxes.
+  explicit LinkBody(std::shared_ptr<const KdopBvh> bvh);
+
+  const KdopBvh& bvh() const { return *bvh_; }
+  const CollisionMesh& mesh() const { return bvh_->mesh(); }
+  const Solid& solid() const { return solid_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+
+ private:
+  void add_child(Block& block, int lane, std::uint32_t node);
+  std::uint32_t add_block(std::uint32_t node);
+  std::uint32_t add_leaf(std::uint32_t node);
+
+  std::shared_ptr<const KdopBvh> bvh_;
+  Solid solid_;
+  std::vector<Block> blocks_;
+  std::vector<Leaf> leaves_;
+};
+
+}  // namespace rayvox

@@ -1,0 +1,167 @@
+#include "rayvox/map_collision/placed_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rayvox/map_collision/triangle_cube.hpp"
+
+namespace rayvox {
+namespace {
+
+// More than float32 takes from any bound, relative to the sizes that enter it.
+constexpr double margin_of_size = 0x1p-18;
+constexpr double least_margin_m = 1e-12;
+// More than float64 takes from the placement of a corner or a voxel, relative to their distances from the pose's
+// origin.
+constexpr double rounding_of_placement = 0x1p-50;
+
+double deviation_from_rotation(const double* r) {
+  double most = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      const double dot = r[i] * r[j] + r[3 + i] * r[3 + j] + r[6 + i] * r[6 + j];
+      most = std::max(most, std::abs(dot - (i == j ? 1 : 0)));
+    }
+  }
+  return most;
+}
+
+void invert(const double* r, double* inverse) {
+  const double cofactor[9] = {r[4] * r[8] - r[5] * r[7], r[2] * r[7] - r[1] * r[8], r[1] * r[5] - r[2] * r[4],
+                              r[5] * r[6] - r[3] * r[8], r[0] * r[8] - r[2] * r[6], r[2] * r[3] - r[0] * r[5],
+                              r[3] * r[7] - r[4] * r[6], r[1] * r[6] - r[0] * r[7], r[0] * r[4] - r[1] * r[3]};
+  const double determinant = r[0] * cofactor[0] + r[1] * cofactor[3] + r[2] * cofactor[6];
+  for (int i = 0; i < 9; ++i) inverse[i] = cofactor[i] / determinant;
+}
+
+Vec3d product(const double* r, const Vec3d& p) {
+  return {r[0] * p.x + r[1] * p.y + r[2] * p.z, r[3] * p.x + r[4] * p.y + r[5] * p.z,
+          r[6] * p.x + r[7] * p.y + r[8] * p.z};
+}
+
+}  // namespace
+
+PlacedBody::PlacedBody(const LinkBody& body, const MapGeometry& map, double padding_m, const CollisionKernels& kernels)
+    : body_(body),
+      map_(map),
+      kernels_(kernels),
+      padding_m_(padding_m),
+      radius_m_(body.mesh().radius_m()),
+      block_slots_(body.blocks().size()),
+      leaf_slots_(body.leaves().size()) {}
+
+void PlacedBody::place(const RigidTransform& T_map_link) {
+  std::copy_n(T_map_link.rotation(), 9, rotation_);
+  for (int i = 0; i < 9; ++i) rotation_f32_[i] = static_cast<float>(rotation_[i]);
+  invert(rotation_, inverse_);
+  translation_ = T_map_link.translation();
+  centre_ = turned(body_.mesh().centre_m());
+  const double deviation = deviation_from_rotation(rotation_);
+  margin_m_ = static_cast<float>((margin_of_size + 4 * deviation) * radius_m_ + least_margin_m +
+                                 rounding_of_placement * norm(centre_));
+  ++pose_;
+  blocks_used_ = leaves_used_ = 0;
+}
+
+Vec3d PlacedBody::turned(const Vec3d& p) const { return product(rotation_, p); }
+
+PlacedCube PlacedBody::cube(const Cell& first, int level) const {
+  const double half_cells = std::ldexp(0.5, level), r = map_.resolution_m();
+  PlacedCube cube;
+  cube.half = half_cells * r + padding_m_;
+  for (int c = 0; c < 3; ++c) {
+    // One rounding, so that a map far from its origin is as exact as one at it.
+    cube.centre[c] = std::fma(first[static_cast<std::size_t>(c)] + half_cells, r, -translation_[c]);
+    cube.local.centre[c] = static_cast<float>(cube.centre[c] - centre_[c]);
+  }
+  cube.local.half = static_cast<float>(cube.half * (1 + margin_of_size)) + margin_m_;
+  return cube;
+}
+
+template <class T>
+bool PlacedBody::fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size_t& used, std::uint32_t pose,
+                       std::uint32_t index, T*& out) {
+  Slot& slot = slots[index];
+  const bool placed = slot.pose == pose;
+  if (!placed) {
+    if (used == pool.size()) pool.resize(std::max<std::size_t>(16, 2 * used));
+    slot = {pose, static_cast<std::uint32_t>(used++)};
+  }
+  out = &pool[slot.at];
+  return placed;
+}
+
+std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
+  PlacedBoxes* boxes;
+  if (!fetch(block_slots_, blocks_, blocks_used_, pose_, block, boxes)) {
+    kernels_.place_boxes(body_.blocks()[block].boxes, rotation_f32_, margin_m_, *boxes);
+  }
+  const LinkBody::Block& lanes = body_.blocks()[block];
+  return kernels_.boxes_meeting_cube(*boxes, cube.local) & static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
+}
+
+bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
+  const LinkBody::Leaf& leaf = body_.leaves()[index];
+  TriangleBlock* triangles;
+  if (!fetch(leaf_slots_, leaves_, leaves_used_, pose_, index, triangles)) {
+    kernels_.place_triangles(leaf.triangles, rotation_f32_, *triangles);
+  }
+  unsigned lanes = kernels_.triangles_meeting_cube(*triangles, cube.local) & ((1u << leaf.count) - 1);
+  const Vec3d& mesh_centre = body_.mesh().centre_m();
+  for (; lanes; lanes &= lanes - 1) {
+    const std::uint32_t triangle =
+        body_.bvh().triangle_at(leaf.first + static_cast<std::uint32_t>(__builtin_ctz(lanes)));
+    Triangle placed = body_.mesh().triangle(triangle);
+    double size = norm(cube.centre);
+    for (Vec3d& corner : placed) {
+      corner = corner + mesh_centre;
+      size = std::max(size, norm(corner));
+      corner = turned(corner) - cube.centre;
+    }
+    if (triangle_meets_cube(placed, cube.half + rounding_of_placement * size)) return true;
+  }
+  return false;
+}
+
+CellBox PlacedBody::cells_in_reach(bool& may_reach_beyond) {
+  PlacedBoxes* root;
+  if (!fetch(block_slots_, blocks_, blocks_used_, pose_, 0, root)) {
+    kernels_.place_boxes(body_.blocks()[0].boxes, rotation_f32_, margin_m_, *root);
+  }
+  const double half_extent = map_.half_extent(), r = map_.resolution_m();
+  CellBox box{};
+  may_reach_beyond = false;
+  for (int c = 0; c < 3; ++c) {
+    const double middle = translation_[c] + centre_[c] + static_cast<double>(root->centre[c][0]);
+    // Voxels that are only touched count, and what lies a rounding error away may be touched.
+    const double extent = static_cast<double>(root->extent[c][0]) * (1 + margin_of_size) + padding_m_ +
+                          1e-14 * std::abs(middle) + 1e-9 * r;
+    const double low = (middle - extent) / r, high = (middle + extent) / r;
+    may_reach_beyond |= low <= -half_extent || high >= half_extent;
+    const auto i = static_cast<std::size_t>(c);
+    box.low[i] = static_cast<std::int32_t>(std::floor(std::clamp(low, -half_extent, half_extent)));
+    box.high[i] = static_cast<std::int32_t>(std::floor(std::clamp(high, -half_extent - 1, half_extent - 1)));
+  }
+  return box;
+}
+
+bool PlacedBody::reaches_beyond_map() const {
+  const Vec3d& mesh_centre = body_.mesh().centre_m();
+  const double h = map_.half_extent(), r = map_.resolution_m();
+  for (std::size_t t = 0; t < body_.mesh().triangle_count(); ++t) {
+    for (const Vec3d& corner : body_.mesh().triangle(t)) {
+      const Vec3d p = turned(corner + mesh_centre);
+      for (int c = 0; c < 3; ++c) {
+        if (p[c] - padding_m_ <= std::fma(-h, r, -translation_[c])) return true;
+        if (p[c] + padding_m_ >= std::fma(h, r, -translation_[c])) return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool PlacedBody::encloses(const PlacedCube& cube) const {
+  return body_.solid().contains(product(inverse_, cube.centre - centre_));
+}
+
+}  // namespace rayvox

@@ -1,0 +1,66 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "rayvox/geometry/rigid_transform.hpp"
+#include "rayvox/map_collision/link_body.hpp"
+#include "rayvox/octree/box.hpp"
+#include "rayvox/simd/collision_kernels.hpp"
+
+namespace rayvox {
+
+/// A voxel at any level, grown by the padding: in float32 for the kernels, and as it is.
+struct PlacedCube {
+  LocalCube local;
+  Vec3d centre;  // metres, relative to the translation of the body's pose
+  double half;
+};
+
+/// One link body at one pose in a map after the other: turns boxes and triangles into the map's axes when they are
+/// first asked for, and tests them against voxels. One thread's.
+class PlacedBody {
+ public:
+  PlacedBody(const LinkBody& body, const MapGeometry& map, double padding_m, const CollisionKernels& kernels);
+  PlacedBody(const PlacedBody&) = delete;
+  PlacedBody(PlacedBody&&) = default;
+
+  void place(const RigidTransform& T_map_link);
+
+  const LinkBody& body() const { return body_; }
+  /// The voxel of 2^level cells from `first` on.
+  PlacedCube cube(const Cell& first, int level) const;
+  /// All cells that the padded body may touch, clipped to the octree; whether it may touch what lies beyond.
+  CellBox cells_in_reach(bool& may_reach_beyond);
+  /// The lanes of a block whose boxes may meet the cube.
+  std::uint32_t lanes_meeting(std::uint32_t block, const PlacedCube& cube);
+  /// Whether a triangle of a leaf meets the cube.
+  bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
+  /// Whether a point of the padded surface lies on the border of the octree or beyond.
+  bool reaches_beyond_map() const;
+  /// Whether the centre of a cube that no triangle meets, and so all of it, is inside a closed part.
+  bool encloses(const PlacedCube& cube) const;
+
+ private:
+  struct Slot {
+    std::uint32_t pose = 0, at = 0;
+  };
+  template <class T>
+  static bool fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size_t& used, std::uint32_t pose,
+                    std::uint32_t index, T*& out);
+  Vec3d turned(const Vec3d& p) const;
+
+  const LinkBody& body_;
+  const MapGeometry& map_;
+  const CollisionKernels& kernels_;
+  double padding_m_, radius_m_;
+  double rotation_[9], inverse_[9];
+  float rotation_f32_[9], margin_m_ = 0;
+  Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it
+  std::uint32_t pose_ = 0;
+  std::vector<Slot> block_slots_, leaf_slots_;
+  std::vector<PlacedBoxes> blocks_;
+  std::vector<TriangleBlock> leaves_;
+  std::size_t blocks_used_ = 0, leaves_used_ = 0;
+};
+
+}  // namespace rayvox

@@ -1,0 +1,143 @@
+"""Collision queries of a robot against a map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from rayvox import _native
+from rayvox.errors import InvalidInputError
+from rayvox.map_snapshot import MapSnapshot
+from rayvox.robot.robot import Robot
+from rayvox.self_collision import self_collisions
+from rayvox.sensor_model import SensorModel
+
+UnknownPolicy = Literal["free", "occupied"]
+
+
+class CollisionVerdict(IntEnum):
+    """What CollisionCheck.verdicts says of a pose."""
+
+    FREE = 0
+    OCCUPIED = 1
+    UNKNOWN = 2
+
+
+@dataclass(frozen=True)
+class VoxelContacts:
+    """Voxels that links touch or enclose, m of them, by pose and link; leaves of the pruned octree."""
+
+    pose: npt.NDArray[np.int64]
+    """(m,): index of the pose, ascending."""
+    link: npt.NDArray[np.int64]
+    """(m,): index of the link in Robot.links."""
+    centre_m: npt.NDArray[np.float64]
+    """(m, 3): centre of the voxel, map frame, metres."""
+    size_m: npt.NDArray[np.float64]
+    """(m,): edge of the voxel, metres."""
+    log_odds: npt.NDArray[np.float32]
+    """(m,): NaN where the voxel is unknown."""
+
+
+@dataclass(frozen=True)
+class CollisionCheck:
+    """Answers to n poses, all of one revision of the map."""
+
+    verdicts: npt.NDArray[np.uint8]
+    """(n,): CollisionVerdict."""
+    revision: int
+    """Revision of the map."""
+    contacts: VoxelContacts | None = None
+    """If asked for."""
+    self_colliding: npt.NDArray[np.bool_] | None = None
+    """(n,): whether two links touch that must not, if asked for. Verdicts are about the map alone."""
+
+
+class CollisionChecker:
+    """Tells whether a robot collides with one revision of a map. Immutable; usable from any thread.
+
+    unknown: "free" ignores space that was never observed; with "occupied" a pose that meets it, and nothing occupied,
+    is UNKNOWN. What lies beyond the octree is unknown.
+    padding_m: added to the padding of every link. A padded link collides with the voxels that it would touch if they
+    were grown by its padding on all sides, which is all that come within the padding, and some at corners beyond it.
+    occupancy_threshold: probability from which on a voxel is occupied; None is the map's own.
+
+    A link collides with a voxel, a closed cube, that touches its surface, or lies inside of a closed part of it. Open
+    meshes are surfaces (Robot.links[i].is_closed). No collision is missed, and voxels further away than rounding, some
+    1e-14 of the lengths involved, are not touched (DESIGN section 2).
+
+    Raises InvalidInputError for another policy, a padding that is not a finite number of at least 0, a threshold
+    outside (0, 1).
+    """
+
+    def __init__(
+        self,
+        map_snapshot: MapSnapshot,
+        robot: Robot,
+        unknown: UnknownPolicy = "free",
+        padding_m: float = 0.0,
+        occupancy_threshold: float | None = None,
+    ) -> None:
+        if unknown not in get_args(UnknownPolicy):
+            raise InvalidInputError(f"unknown must be one of {', '.join(get_args(UnknownPolicy))}, got {unknown!r}")
+        if not 0 <= padding_m < np.inf:
+            raise InvalidInputError(f"padding_m = {padding_m!r} is not a finite number of at least zero")
+        self.map_snapshot = map_snapshot
+        self.robot = robot
+        self._unknown_is_occupied = unknown == "occupied"
+        model = (
+            map_snapshot.sensor_model if occupancy_threshold is None else SensorModel(p_occupied=occupancy_threshold)
+        )
+        self._occupied_log_odds = model.native.occupied_log_odds
+        self._bodies = [link.body for link in robot.links]
+        self._paddings_m = [link.padding_m + padding_m for link in robot.links]
+
+    def check(
+        self,
+        configurations: npt.ArrayLike | None = None,
+        T_map_base: npt.ArrayLike | None = None,
+        *,
+        contacts: Literal["none", "first", "all"] = "none",
+        self_collision: bool = False,
+    ) -> CollisionCheck:
+        """Verdicts of n configurations and base poses, on all threads, without the GIL.
+
+        configurations: (n, j) or (j,), radians and metres in the order of Robot.joint_names; None for a robot without
+        joints. T_map_base: (n, 4, 4) or (4, 4) rigid, float64; None is the identity. One of either goes with any
+        number of the other. contacts: "first" is one voxel per pose, an occupied one where there is one; "all" every
+        one; a pose may be UNKNOWN for what lies beyond the octree, where there are no voxels.
+        self_collision: also test the pairs of links that the allowed-collision matrix does not allow, without padding.
+
+        Raises InvalidInputError for wrong shapes, values that are not finite, and poses that are not rigid.
+        """
+        T_map_links = self.robot.link_poses(configurations, T_map_base)
+        verdicts, rows, log_odds = _native.check_poses(
+            self.map_snapshot._revision_asked(),
+            self._bodies,
+            self._paddings_m,
+            T_map_links,
+            self._unknown_is_occupied,
+            self._occupied_log_odds,
+            contacts,
+        )
+        return CollisionCheck(
+            verdicts,
+            self.map_snapshot.revision,
+            None if contacts == "none" else self._voxels(rows, log_odds),
+            self_collisions(self.robot, T_map_links) if self_collision else None,
+        )
+
+    def _voxels(self, rows: npt.NDArray[np.int64], log_odds: npt.NDArray[np.float32]) -> VoxelContacts:
+        cells_wide = np.ldexp(1.0, rows[:, 5]).astype(np.float64)
+        resolution_m = self.map_snapshot.resolution_m
+        return VoxelContacts(
+            pose=rows[:, 0],
+            link=rows[:, 1],
+            centre_m=(rows[:, 2:5] + 0.5 * cells_wide[:, None]) * resolution_m,
+            size_m=cells_wide * resolution_m,
+            log_odds=log_odds,
+        )

@@ -24,7 +24,7 @@ def self_collisions(robot: Robot, T_map_links: FloatArray) -> npt.NDArray[np.boo
 
 
 def links_touch(robot: Robot, configurations: FloatArray, pairs: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
-    """Which of (k, 2) pairs of links touch at (n, j) configurations: (n, k) bool."""
+    """Which of (k, 2) pairs of links touch at (n, j) configurations: (n, k) bool; for with_always_touching_allowed."""
     T_base_links = robot.link_poses(configurations)
     touching = np.zeros((len(T_base_links), len(pairs)), dtype=bool)
     for column, pair in enumerate(pairs):

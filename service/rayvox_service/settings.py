@@ -28,6 +28,7 @@ class Settings(BaseSettings):
     max_body_bytes: int = Field(default=64 * MIB, gt=0)
     max_expanded_bytes: int = Field(default=128 * MIB, gt=0, description="a frame's payloads once decompressed")
     max_points: int = Field(default=2_000_000, gt=0, description="points of a scan, or items of a query")
+    max_poses: int = Field(default=200_000, gt=0, description="poses of a collision query")
     max_json_bytes: int = Field(default=1 * MIB, gt=0, description="JSON is for small queries; large ones are frames")
 
     queue_bytes: int = Field(default=256 * MIB, gt=0, description="scans of one map that wait to be applied")

@@ -100,6 +100,35 @@ FRAMES = {
             (448, struct.pack("<6q", 10, -20, 30, 0, 0, 0)),
         ),
     ),
+    "collisions": GoldenFrame(
+        '{"kind":"collisions","robot":"arm","unknown":"occupied","padding_m":0.25,"occupancy_threshold":0.75,'
+        '"self_collision":true,"contacts":"first","payloads":['
+        '{"name":"configurations","dtype":"<f8","shape":[1,2],"offset":384,"nbytes":16,"encoding":"raw"},'
+        '{"name":"T_map_base","dtype":"<f8","shape":[1,4,4],"offset":448,"nbytes":128,"encoding":"raw"}]}',
+        (
+            (384, struct.pack("<2d", 0.5, -1.25)),
+            (448, struct.pack("<16d", 1, 0, 0, 0.5, 0, 1, 0, -1.25, 0, 0, 1, 2, 0, 0, 0, 1)),
+        ),
+    ),
+    "verdicts": GoldenFrame(
+        '{"kind":"verdicts","revision":11,"payloads":['
+        '{"name":"verdicts","dtype":"|u1","shape":[3],"offset":768,"nbytes":3,"encoding":"raw"},'
+        '{"name":"self_colliding","dtype":"|u1","shape":[3],"offset":832,"nbytes":3,"encoding":"raw"},'
+        '{"name":"contact_pose","dtype":"<i4","shape":[2],"offset":896,"nbytes":8,"encoding":"raw"},'
+        '{"name":"contact_link","dtype":"<i4","shape":[2],"offset":960,"nbytes":8,"encoding":"raw"},'
+        '{"name":"contact_centre_m","dtype":"<f8","shape":[2,3],"offset":1024,"nbytes":48,"encoding":"raw"},'
+        '{"name":"contact_size_m","dtype":"<f8","shape":[2],"offset":1088,"nbytes":16,"encoding":"raw"},'
+        '{"name":"contact_log_odds","dtype":"<f4","shape":[2],"offset":1152,"nbytes":8,"encoding":"raw"}]}',
+        (
+            (768, bytes([0, 1, 2])),
+            (832, bytes([0, 0, 1])),
+            (896, struct.pack("<2i", 1, 2)),
+            (960, struct.pack("<2i", 3, 0)),
+            (1024, struct.pack("<6d", 0.05, 0.15, -0.25, 1.0, 2.0, 3.0)),
+            (1088, struct.pack("<2d", 0.1, 0.4)),
+            (1152, struct.pack("<2f", 0.84375, NAN)),
+        ),
+    ),
     "changes": GoldenFrame(
         '{"kind":"changes","since":3,"revision":5,"full":false,"resolution_m":0.05,"depth":16,"payloads":['
         '{"name":"region_keys","dtype":"<i4","shape":[1,3],"offset":576,"nbytes":12,"encoding":"raw"},'

@@ -3,6 +3,7 @@
 from rayvox_client.async_client import AsyncClient
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.client import Client
+from rayvox_client.collisions import POSE_FREE, POSE_OCCUPIED, POSE_UNKNOWN, CollisionCheck, VoxelContacts
 from rayvox_client.errors import (
     ConflictError,
     ConnectionFailedError,
@@ -44,11 +45,15 @@ from rayvox_client.stream import ScanStream
 __all__ = [
     "FREE",
     "OCCUPIED",
+    "POSE_FREE",
+    "POSE_OCCUPIED",
+    "POSE_UNKNOWN",
     "UNKNOWN",
     "AsyncClient",
     "AsyncScanStream",
     "ClearReceipt",
     "Client",
+    "CollisionCheck",
     "ConflictError",
     "ConnectionFailedError",
     "DepthScan",
@@ -90,5 +95,6 @@ __all__ = [
     "TooLargeError",
     "UnauthorizedError",
     "UnavailableError",
+    "VoxelContacts",
     "WaitTimeoutError",
 ]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
+from rayvox_client.collisions import CollisionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
     InvalidInputError,
@@ -42,6 +43,7 @@ from rayvox_client.transport import Transport
 
 Wait = Literal["applied", "journaled"]
 UnknownPolicy = Literal["free", "occupied"]
+ContactMode = Literal["none", "first", "all"]
 Geometry = Literal["collision", "visual"]
 FIRST_POLL_S = 0.005
 LAST_POLL_S = 0.25
@@ -245,6 +247,32 @@ class AsyncClient:
         if len(depth_m) != shape[0]:
             raise MalformedAnswerError(f"a depth image of {len(depth_m)} rows answers a question for {shape[0]}")
         return depth_m
+
+    async def check(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        unknown: UnknownPolicy = "free",
+        padding_m: float = 0.0,
+        occupancy_threshold: float | None = None,
+        self_collision: bool = False,
+        contacts: ContactMode = "none",
+        min_revision: int | None = None,
+    ) -> CollisionCheck:
+        """See `Client.check`."""
+        fields = {
+            "unknown": unknown,
+            "padding_m": float(padding_m),
+            "occupancy_threshold": occupancy_threshold,
+            "self_collision": self_collision,
+            "contacts": contacts,
+        }
+        name = robot.name if isinstance(robot, RobotInfo) else robot
+        request, count = self._requests.collisions(map, name, configurations, T_map_base, fields, min_revision)
+        return CollisionCheck.from_frame((await self._answer(request)).frame(), count)
 
     async def changes(self, map: str, since: int) -> MapChanges:
         """See `Client.changes`."""

@@ -12,8 +12,9 @@ from typing import Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rayvox_client.async_client import AsyncClient, Geometry, UnknownPolicy, Wait
+from rayvox_client.async_client import AsyncClient, ContactMode, Geometry, UnknownPolicy, Wait
 from rayvox_client.blocking_transport import BlockingTransport
+from rayvox_client.collisions import CollisionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression
 from rayvox_client.intrinsics import Intrinsics
@@ -265,6 +266,56 @@ class Client:
             unknown: whether rays pass unknown space ("free") or end there, without a depth ("occupied").
         """
         return run_blocking(self._client.depth_image(map, shape, intrinsics, T_map_camera, max_range_m, unknown))
+
+    def check(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        unknown: UnknownPolicy = "free",
+        padding_m: float = 0.0,
+        occupancy_threshold: float | None = None,
+        self_collision: bool = False,
+        contacts: ContactMode = "none",
+        min_revision: int | None = None,
+    ) -> CollisionCheck:
+        """Whether a robot collides with the map, at configurations and base poses.
+
+        Args:
+            robot: its name, or what `upload_robot` returned.
+            configurations: (n,j) joint values in the order of `RobotInfo.joint_names`, radians and metres; None for a
+                robot without joints.
+            T_map_base: (n,4,4) rigid poses of the robot's base; None for identity. One of either goes with any number
+                of the other.
+            unknown: whether unknown space is passed ("free"), or met as verdict 2 ("occupied").
+            padding_m: grows every link.
+            occupancy_threshold: probability from which on a voxel is occupied; None for the map's own.
+            self_collision: also say where links touch each other that must not.
+            contacts: "first" voxel met per pose, or "all" (of a few poses).
+            min_revision: wait until the map has got so far.
+
+        Raises:
+            RobotNotFoundError: there is no such robot.
+            InvalidInputError: wrong shape, not finite or not rigid.
+            TooLargeError: more poses than the service takes.
+            ServiceTimeoutError: `min_revision` did not come in the time that the service waits.
+        """
+        return run_blocking(
+            self._client.check(
+                map,
+                robot,
+                configurations,
+                T_map_base,
+                unknown=unknown,
+                padding_m=padding_m,
+                occupancy_threshold=occupancy_threshold,
+                self_collision=self_collision,
+                contacts=contacts,
+                min_revision=min_revision,
+            )
+        )
 
     def changes(self, map: str, since: int) -> MapChanges:
         """What changed after revision `since`; 0 for everything."""

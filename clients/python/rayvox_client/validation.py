@@ -30,6 +30,26 @@ def points_array(value: ArrayLike, name: str, allow_empty: bool = False) -> NDAr
     return array
 
 
+def configuration_rows(value: ArrayLike, name: str) -> NDArray[Any]:
+    """(n,j) finite; a single (j,) becomes (1,j). InvalidInputError otherwise."""
+    array = _numbers(value, name)
+    array = array[None, :] if array.ndim == 1 else array
+    if array.ndim != 2:
+        raise InvalidInputError(f"{name} must have shape (n, j), got {array.shape}")
+    refuse_not_finite(array, name)
+    return array
+
+
+def base_poses(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    """(n,4,4) finite float64; a single (4,4) becomes (1,4,4). That they are rigid is the service's to check."""
+    array = _numbers(value, name).astype(np.float64)
+    array = array[None] if array.ndim == 2 else array
+    if array.ndim != 3 or array.shape[1:] != (4, 4):
+        raise InvalidInputError(f"{name} must have shape (n, 4, 4), got {array.shape}")
+    refuse_not_finite(array.reshape(-1, 16), name)
+    return array
+
+
 def _numbers(value: ArrayLike, name: str) -> NDArray[Any]:
     try:
         array = np.asarray(value)

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 from rayvox_client import InvalidInputError, MalformedAnswerError, Scan
+from rayvox_client.collisions import CollisionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression, decode_frame, encode_frame
 from rayvox_client.map_changes import MapChanges
@@ -69,6 +70,33 @@ def test_queries_are_encoded_to_the_golden_bytes() -> None:
     assert points.body.to_bytes() == golden("points")
     assert boxes.body.to_bytes() == golden("boxes")
     assert rays.body.to_bytes() == golden("rays")
+
+
+def test_a_collision_query_is_encoded_to_the_golden_bytes() -> None:
+    fields = {
+        "unknown": "occupied",
+        "padding_m": 0.25,
+        "occupancy_threshold": 0.75,
+        "self_collision": True,
+        "contacts": "first",
+    }
+    query, count = REQUESTS.collisions("m", "arm", [0.5, -1.25], POSE, fields, None)
+    assert query.body.to_bytes() == golden("collisions")
+    assert count == 1
+
+
+def test_golden_verdicts_are_read() -> None:
+    check = CollisionCheck.from_frame(decode_frame(golden("verdicts")), 3)
+    assert (check.revision, check.verdicts.tolist(), check.free.tolist()) == (11, [0, 1, 2], [True, False, False])
+    assert check.self_colliding is not None
+    assert check.self_colliding.tolist() == [False, False, True]
+    assert check.contacts is not None
+    assert (check.contacts.pose.tolist(), check.contacts.link.tolist()) == ([1, 2], [3, 0])
+    assert check.contacts.centre_m.tolist() == [[0.05, 0.15, -0.25], [1.0, 2.0, 3.0]]
+    assert check.contacts.size_m.tolist() == [0.1, 0.4]
+    np.testing.assert_array_equal(check.contacts.log_odds, np.array([0.84375, np.nan], np.float32))
+    with pytest.raises(MalformedAnswerError):
+        CollisionCheck.from_frame(decode_frame(golden("verdicts")), 2)
 
 
 def test_golden_answers_are_read() -> None:

@@ -14,7 +14,10 @@ def test_no_sampled_collision_is_missed_and_none_invented(seed: int) -> None:
     rng = np.random.default_rng(seed)
     robot = rayvox.Robot.from_archive(arm_archive())
     occupancy_map = rayvox.OccupancyMap(0.05)
-    occupancy_map.insert_scan(rng.uniform(-0.8, 0.8, (40, 3)) + np.array([0, 0, 0.6]), origin=(0.0, 0.0, 3.0))
+    # Around the robot, clear of its base, which does not move.
+    angle, radius_m, height_m = rng.uniform(0, 2 * np.pi, 15), rng.uniform(0.45, 0.8, 15), rng.uniform(0.2, 0.9, 15)
+    points = np.column_stack([radius_m * np.cos(angle), radius_m * np.sin(angle), height_m])
+    occupancy_map.insert_scan(points, origin=(0.0, 0.0, 3.0))
     snapshot = occupancy_map.snapshot()
     checker = rayvox.CollisionChecker(snapshot, robot)
     q_from, q_to = robot.sample_configurations(30, rng), robot.sample_configurations(30, rng)
@@ -29,7 +32,7 @@ def test_no_sampled_collision_is_missed_and_none_invented(seed: int) -> None:
             assert result.free_until[i] == 1.0
         else:
             assert (wider.check(q).verdicts != 0).any()
-    assert 2 < (result.verdicts == 1).sum() < 29
+    assert 0 < (result.verdicts == 1).sum() < 30
 
 
 def test_a_thin_obstacle_between_two_samples_is_found() -> None:

@@ -1,9 +1,11 @@
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "arrays.hpp"
 #include "named.hpp"
@@ -15,6 +17,7 @@ namespace rayvox::bindings {
 namespace {
 
 using Release = nb::gil_scoped_release;
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using LinkPoses = nb::ndarray<const double, nb::shape<-1, -1, 4, 4>, nb::c_contig, nb::device::cpu>;
 
 nb::tuple contact_arrays(const std::vector<VoxelContact>& contacts) {
@@ -32,13 +35,14 @@ nb::tuple contact_arrays(const std::vector<VoxelContact>& contacts) {
 
 nb::tuple check(const OwnedSnapshot& map, const std::vector<const LinkBody*>& bodies,
                 const std::vector<double>& paddings_m, const LinkPoses& T_map_links, bool unknown_is_occupied,
-                float occupied_log_odds, const std::string& contacts) {
+                float occupied_log_odds, const std::string& contacts, const std::optional<Rows>& more_padding_m) {
   if (paddings_m.size() != bodies.size() || T_map_links.shape(1) != bodies.size()) {
     throw InvalidInput("a check needs one padding and one pose per link");
   }
   std::vector<MapCheckLink> links;
   for (std::size_t i = 0; i < bodies.size(); ++i) links.push_back({bodies[i], paddings_m[i]});
-  const MapCheckOptions options{unknown_is_occupied, occupied_log_odds, contacts_named(contacts)};
+  MapCheckOptions options{unknown_is_occupied, occupied_log_odds, {}, contacts_named(contacts)};
+  if (more_padding_m) options.more_padding_m = {more_padding_m->data(), more_padding_m->size()};
   MapCheckResult result;
   {
     Release release;
@@ -63,9 +67,11 @@ void bind_map_collision(nb::module_& m) {
           nb::arg("bvh"));
   m.def("check_poses", &check, nb::arg("map"), nb::arg("bodies"), nb::arg("paddings_m"), nb::arg("T_map_links"),
         nb::arg("unknown_is_occupied"), nb::arg("occupied_log_odds"), nb::arg("contacts"),
+        nb::arg("more_padding_m").none() = nb::none(),
         nb::sig("def check_poses(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], "
                 "T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, "
-                "contacts: str) -> tuple[NDArray[numpy.uint8], NDArray[numpy.int64], NDArray[numpy.float32]]"));
+                "contacts: str, more_padding_m: NDArray[numpy.float64] | None = None) -> tuple[NDArray[numpy.uint8], "
+                "NDArray[numpy.int64], NDArray[numpy.float32]]"));
 }
 
 }  // namespace rayvox::bindings

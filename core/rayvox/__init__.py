@@ -19,6 +19,7 @@ from rayvox.errors import (
 )
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.mesh_io import LoadLimits, TriangleMesh
+from rayvox.motion_check import MotionCheck
 from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
@@ -46,6 +47,7 @@ __all__ = [
     "MapStatistics",
     "MeshBvh",
     "MeshFormatError",
+    "MotionCheck",
     "OccupancyMap",
     "OutOfRangeError",
     "PinholeCamera",

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from rayvox import _native
 from rayvox.errors import InvalidInputError
 from rayvox.map_snapshot import MapSnapshot
+from rayvox.motion_check import MotionCheck, check_motions
 from rayvox.robot.robot import Robot
 from rayvox.self_collision import self_collisions
 from rayvox.sensor_model import SensorModel
@@ -115,7 +116,39 @@ class CollisionChecker:
         Raises InvalidInputError for wrong shapes, values that are not finite, and poses that are not rigid.
         """
         T_map_links = self.robot.link_poses(configurations, T_map_base)
-        verdicts, rows, log_odds = _native.check_poses(
+        verdicts, rows, log_odds = self._ask(T_map_links, contacts, None)
+        return CollisionCheck(
+            verdicts,
+            self.map_snapshot.revision,
+            None if contacts == "none" else self._voxels(rows, log_odds),
+            self_collisions(self.robot, T_map_links) if self_collision else None,
+        )
+
+    def check_motion(
+        self,
+        q_from: npt.ArrayLike,
+        q_to: npt.ArrayLike,
+        T_map_base: npt.ArrayLike | None = None,
+        *,
+        tolerance_m: float = 0.005,
+    ) -> MotionCheck:
+        """Whether n motions, on which all joints move at constant speed and the base rests, collide anywhere.
+
+        q_from, q_to: (n, j) or (j,), radians and metres; one of either goes with any number of the other. T_map_base:
+        (4, 4) rigid; None is the identity. tolerance_m: the least distance that is told from a collision. A motion is
+        free only if no collision can lie between samples (motion_check.py); one that passes an obstacle closer than
+        the tolerance may be reported as colliding. Links are not tested against each other.
+
+        Raises InvalidInputError as check, and for a tolerance that is not a finite number above zero.
+        """
+        return check_motions(
+            self.robot, q_from, q_to, T_map_base, tolerance_m, lambda T, more_m: self._ask(T, "none", more_m)[0]
+        )
+
+    def _ask(
+        self, T_map_links: npt.NDArray[np.float64], contacts: str, more_padding_m: npt.NDArray[np.float64] | None
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+        return _native.check_poses(
             self.map_snapshot._revision_asked(),
             self._bodies,
             self._paddings_m,
@@ -123,12 +156,7 @@ class CollisionChecker:
             self._unknown_is_occupied,
             self._occupied_log_odds,
             contacts,
-        )
-        return CollisionCheck(
-            verdicts,
-            self.map_snapshot.revision,
-            None if contacts == "none" else self._voxels(rows, log_odds),
-            self_collisions(self.robot, T_map_links) if self_collision else None,
+            more_padding_m,
         )
 
     def _voxels(self, rows: npt.NDArray[np.int64], log_odds: npt.NDArray[np.float32]) -> VoxelContacts:

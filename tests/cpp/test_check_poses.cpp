@@ -182,7 +182,7 @@ void compare(const MapSnapshot& map, const Soup& soup, const Matrix& pose, doubl
   const MapCheckLink link{&body, padding_m};
   const BruteForce least(map, soup, pose, padding_m, 0, closed), most(map, soup, pose, padding_m, 1e-12, closed);
   for (const bool unknown : {false, true}) {
-    MapCheckOptions options{unknown, 0, Contacts::all, kernels};
+    MapCheckOptions options{unknown, 0, {}, Contacts::all, kernels};
     const MapCheckResult all = check_poses(map, {&link, 1}, pose, options);
     const std::set<Voxel> found = voxels_of(all);
     const auto must = unknown ? least.found : without_unknown(least.found);
@@ -342,6 +342,27 @@ FACT(a_batch_over_several_links_answers_pose_by_pose) {
   }
   CHECK_EQUAL(batch.contacts.size(), contacts);
   CHECK(contacts > 20 && std::count(batch.verdict.begin(), batch.verdict.end(), 0) > 5);
+}
+
+FACT(padding_may_differ_from_pose_to_pose) {
+  std::mt19937_64 random(6);
+  const MapSnapshot map = random_map(random, 0.1, 7, {{-20, -20, -20}, {19, 19, 19}}, 0.004);
+  const LinkBody body(std::make_shared<KdopBvh>(sphere(8, 8, 0.2).mesh(), BvhOptions{}));
+  const MapCheckLink link{&body, 0.01};
+  std::vector<double> poses, more;
+  for (int i = 0; i < 60; ++i) {
+    const Matrix pose = random_pose(random, 2);
+    poses.insert(poses.end(), pose.begin(), pose.end());
+    more.push_back(i % 3 * 0.1);
+  }
+  const MapCheckResult batch = check_poses(map, {&link, 1}, poses, {.more_padding_m = more});
+  for (std::size_t i = 0; i < 60; ++i) {
+    const MapCheckLink padded{&body, 0.01 + more[i]};
+    CHECK_EQUAL(batch.verdict[i], check_poses(map, {&padded, 1}, {poses.data() + 16 * i, 16}, {}).verdict[0]);
+  }
+  CHECK(std::count(batch.verdict.begin(), batch.verdict.end(), 0) > 3);
+  more.pop_back();
+  CHECK_THROWS(InvalidInput, check_poses(map, {&link, 1}, poses, {.more_padding_m = more}));
 }
 
 FACT(poses_that_are_not_rigid_and_other_hierarchies_are_refused) {

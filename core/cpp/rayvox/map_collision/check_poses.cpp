@@ -1,6 +1,7 @@
 #include "rayvox/map_collision/check_poses.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "rayvox/error.hpp"
@@ -26,19 +27,19 @@ RigidTransform pose_at(std::span<const double> T_map_links, std::size_t pose, st
 class Checker {
  public:
   Checker(const MapSnapshot& map, std::span<const MapCheckLink> links, const MapCheckOptions& options)
-      : descent_(map, options) {
+      : links_(links), options_(options), descent_(map, options) {
     const CollisionKernels& kernels = options.kernels ? *options.kernels : collision_kernels();
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       if (!links[i].body) continue;
-      bodies_.emplace_back(*links[i].body, map.geometry, links[i].padding_m, kernels);
+      bodies_.emplace_back(*links[i].body, map.geometry, kernels);
       link_of_.push_back(i);
     }
   }
 
-  MapVerdict check(std::size_t pose, std::span<const double> T_map_links, std::size_t links) {
+  MapVerdict check(std::size_t pose, std::span<const double> T_map_links) {
     descent_.start_pose(static_cast<std::uint32_t>(pose));
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      bodies_[i].place(pose_at(T_map_links, pose, link_of_[i], links));
+      bodies_[i].place(pose_at(T_map_links, pose, link_of_[i], links_.size()), padding_m(pose, link_of_[i]));
       if (descent_.check_link(bodies_[i], link_of_[i])) break;
     }
     return descent_.verdict();
@@ -47,19 +48,33 @@ class Checker {
   std::vector<VoxelContact>& contacts() { return descent_.contacts(); }
 
  private:
+  double padding_m(std::size_t pose, std::uint32_t link) const {
+    const double more = options_.more_padding_m.empty() ? 0 : options_.more_padding_m[pose * links_.size() + link];
+    return links_[link].padding_m + more;
+  }
+
+  std::span<const MapCheckLink> links_;
+  const MapCheckOptions& options_;
   OctreeDescent descent_;
   std::vector<PlacedBody> bodies_;
   std::vector<std::uint32_t> link_of_;
 };
 
-void require_valid(std::span<const MapCheckLink> links, std::span<const double> T_map_links) {
+bool is_padding(double padding_m) { return padding_m >= 0 && std::isfinite(padding_m); }
+
+void require_valid(std::span<const MapCheckLink> links, std::span<const double> T_map_links,
+                   const MapCheckOptions& options) {
   if (links.empty() || T_map_links.size() % (16 * links.size()) != 0) {
     throw InvalidInput("a pose needs one 4x4 matrix for each of " + std::to_string(links.size()) + " links");
   }
   for (std::size_t i = 0; i < links.size(); ++i) {
-    if (!(links[i].padding_m >= 0 && std::isfinite(links[i].padding_m))) {
+    if (!is_padding(links[i].padding_m)) {
       throw InvalidInput("padding of link " + std::to_string(i) + " must be finite and at least 0");
     }
+  }
+  const std::span<const double> more = options.more_padding_m;
+  if (!more.empty() && (16 * more.size() != T_map_links.size() || !std::all_of(more.begin(), more.end(), is_padding))) {
+    throw InvalidInput("paddings must be finite and at least 0, one per pose and link");
   }
 }
 
@@ -67,7 +82,7 @@ void require_valid(std::span<const MapCheckLink> links, std::span<const double> 
 
 MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink> links,
                            std::span<const double> T_map_links, const MapCheckOptions& options) {
-  require_valid(links, T_map_links);
+  require_valid(links, T_map_links, options);
   const std::size_t count = T_map_links.size() / (16 * links.size());
   const std::size_t tasks = (count + poses_per_task - 1) / poses_per_task;
   const int workers = static_cast<int>(std::min<std::size_t>(tasks, static_cast<std::size_t>(thread_count())));
@@ -79,7 +94,7 @@ MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink>
     std::unique_ptr<Checker>& checker = checkers[static_cast<std::size_t>(worker)];
     if (!checker) checker = std::make_unique<Checker>(map, links, options);
     for (std::size_t i = task * poses_per_task; i < std::min(count, (task + 1) * poses_per_task); ++i) {
-      result.verdict[i] = static_cast<std::uint8_t>(checker->check(i, T_map_links, links.size()));
+      result.verdict[i] = static_cast<std::uint8_t>(checker->check(i, T_map_links));
     }
     contacts[task].swap(checker->contacts());
   });

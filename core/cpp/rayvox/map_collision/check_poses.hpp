@@ -22,7 +22,8 @@ struct VoxelContact {
 
 struct MapCheckOptions {
   bool unknown_is_occupied = false;
-  float occupied_log_odds = 0;  // a voxel with at least these is occupied
+  float occupied_log_odds = 0;                  // a voxel with at least these is occupied
+  std::span<const double> more_padding_m = {};  // per pose and link, on top of the links' own; empty for none
   Contacts contacts = Contacts::none;
   const CollisionKernels* kernels = nullptr;  // null: the best this processor runs
 };
@@ -42,7 +43,8 @@ struct MapCheckLink {
 /// Whether the links, placed by `T_map_links` (row-major 4x4, one per link, pose after pose), touch or enclose occupied
 /// voxels or, if they count, unknown ones. All voxels are closed cubes; what lies beyond the octree is unknown. A pose
 /// that meets both is `occupied`. No collision is missed; a voxel within some 1e-14 of the sizes involved may count as
-/// touched. All threads. Throws InvalidInput for a pose that is not rigid, naming its index and link.
+/// touched. All threads. Throws InvalidInput for a pose that is not rigid, naming its index and link, and
+/// for paddings that are not finite and at least 0.
 MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink> links,
                            std::span<const double> T_map_links, const MapCheckOptions& options);
 

@@ -41,16 +41,16 @@ Vec3d product(const double* r, const Vec3d& p) {
 
 }  // namespace
 
-PlacedBody::PlacedBody(const LinkBody& body, const MapGeometry& map, double padding_m, const CollisionKernels& kernels)
+PlacedBody::PlacedBody(const LinkBody& body, const MapGeometry& map, const CollisionKernels& kernels)
     : body_(body),
       map_(map),
       kernels_(kernels),
-      padding_m_(padding_m),
       radius_m_(body.mesh().radius_m()),
       block_slots_(body.blocks().size()),
       leaf_slots_(body.leaves().size()) {}
 
-void PlacedBody::place(const RigidTransform& T_map_link) {
+void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
+  padding_m_ = padding_m;
   std::copy_n(T_map_link.rotation(), 9, rotation_);
   for (int i = 0; i < 9; ++i) rotation_f32_[i] = static_cast<float>(rotation_[i]);
   invert(rotation_, inverse_);

@@ -20,11 +20,11 @@ struct PlacedCube {
 /// first asked for, and tests them against voxels. One thread's.
 class PlacedBody {
  public:
-  PlacedBody(const LinkBody& body, const MapGeometry& map, double padding_m, const CollisionKernels& kernels);
+  PlacedBody(const LinkBody& body, const MapGeometry& map, const CollisionKernels& kernels);
   PlacedBody(const PlacedBody&) = delete;
   PlacedBody(PlacedBody&&) = default;
 
-  void place(const RigidTransform& T_map_link);
+  void place(const RigidTransform& T_map_link, double padding_m);
 
   const LinkBody& body() const { return body_; }
   /// The voxel of 2^level cells from `first` on.
@@ -52,7 +52,7 @@ class PlacedBody {
   const LinkBody& body_;
   const MapGeometry& map_;
   const CollisionKernels& kernels_;
-  double padding_m_, radius_m_;
+  double radius_m_, padding_m_ = 0;
   double rotation_[9], inverse_[9];
   float rotation_f32_[9], margin_m_ = 0;
   Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it

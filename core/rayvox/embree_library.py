@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 
 from rayvox import _native
@@ -16,6 +17,7 @@ def shipped_libraries() -> list[str]:
     return [str(file.locate()) for file in installed if "libembree4" in file.name]
 
 
+@cache
 def load_embree() -> str:
     """Makes Embree 4 available to the kernel and returns its version.
 

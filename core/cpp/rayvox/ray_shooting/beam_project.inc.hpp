@@ -47,7 +47,6 @@ static void bound_directions(const BeamProjection& rays, BeamBounds (&bounds)[6]
       const std::uint32_t face = rays.face[first + static_cast<unsigned>(__builtin_ctz(open))];
       const M same = L::both(L::equal(faces, L::broadcast(face)), L::from_bits(open));
       open &= ~L::bits(same);
-      if (face >= 6) continue;
       low_u[face] = L::min(low_u[face], L::select(same, u, infinity));
       low_v[face] = L::min(low_v[face], L::select(same, v, infinity));
       high_u[face] = L::max(high_u[face], L::select(same, u, minus_infinity));

@@ -62,7 +62,7 @@ bool DirectionIndex::build(const ScanRays& rays, int workers, const Kernels& ker
   for (const Share& share : shares) total_depth_ += share.total_depth;
   place_bins(shares);
   parallel_for(share_count, workers, [&](std::size_t i, int) { sort(shares[i]); });
-  measure_depths(workers);
+  measure_depths();
 
   for (int axis = 0; axis < 3; ++axis) {
     scan_.origin[axis] = rays.origin[axis];
@@ -168,7 +168,7 @@ void DirectionIndex::sort(Share& share) {
   }
 }
 
-void DirectionIndex::measure_depths(int) {
+void DirectionIndex::measure_depths() {
   const std::uint32_t none = bin_start_[bin_count_];
   // Vectors may read these beyond the last ray; none of them passes anything.
   std::fill_n(rays_.data() + none, padding, BeamRay{0, 0, 0, 0});

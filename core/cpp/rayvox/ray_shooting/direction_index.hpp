@@ -36,7 +36,7 @@ class DirectionIndex {
   void count(Share& share);
   void place_bins(std::vector<Share>& shares);
   void sort(Share& share);
-  void measure_depths(int workers);
+  void measure_depths();
 
   BeamScan scan_{};
   double total_depth_ = 0;

@@ -46,24 +46,24 @@ struct EmbreeRegions::FoundTile {
   Region* region = nullptr;
 };
 
-EmbreeRegions::EmbreeRegions() : library_(EmbreeLibrary::get()), scene_(library_.call().NewScene(library_.device())) {
+EmbreeRegions::EmbreeRegions() : embree_(EmbreeLibrary::get()), scene_(embree_.call().NewScene(embree_.device())) {
   // Low quality is Embree's two-level build: a geometry that did not change keeps its hierarchy.
-  library_.call().SetSceneBuildQuality(scene_, embree::quality_low);
-  library_.call().SetSceneFlags(scene_, static_cast<embree::SceneFlags>(embree::flag_dynamic | embree::flag_robust));
+  embree_.call().SetSceneBuildQuality(scene_, embree::quality_low);
+  embree_.call().SetSceneFlags(scene_, static_cast<embree::SceneFlags>(embree::flag_dynamic | embree::flag_robust));
   coarse_.frame = &frame_;
   coarse_.id = next_id_++;
 }
 
 EmbreeRegions::~EmbreeRegions() {
   clear();
-  library_.call().ReleaseScene(scene_);
+  embree_.call().ReleaseScene(scene_);
 }
 
 void EmbreeRegions::clear() {
   const auto drop = [&](Region& region) {
     if (!region.geometry) return;
-    library_.call().DetachGeometry(scene_, region.id);
-    library_.call().ReleaseGeometry(region.geometry);
+    embree_.call().DetachGeometry(scene_, region.id);
+    embree_.call().ReleaseGeometry(region.geometry);
     region.geometry = nullptr;
     node_count_ -= region.nodes.size();
     region.nodes.clear();
@@ -114,9 +114,9 @@ void EmbreeRegions::find(const MapSnapshot& map, const CellBox& box, std::vector
 }
 
 void EmbreeRegions::commit(Region& region) {
-  const embree::Functions& call = library_.call();
+  const embree::Functions& call = embree_.call();
   if (!region.geometry) {
-    region.geometry = call.NewGeometry(library_.device(), embree::user_geometry);
+    region.geometry = call.NewGeometry(embree_.device(), embree::user_geometry);
     call.SetGeometryBuildQuality(region.geometry, embree::quality_low);
     call.SetGeometryUserData(region.geometry, &region);
     call.SetGeometryBoundsFunction(region.geometry, write_bounds, nullptr);
@@ -184,8 +184,8 @@ void EmbreeRegions::follow(const MapSnapshot& map, const CellBox& box) {
   }
   if (node_count_ > most_nodes_kept) rebuilt |= forget_unused();
   if (!rebuilt) return;
-  library_.call().CommitScene(scene_);
-  if (const int error = library_.call().GetDeviceError(library_.device())) {
+  embree_.call().CommitScene(scene_);
+  if (const int error = embree_.call().GetDeviceError(embree_.device())) {
     throw Error("Embree failed to build its scene: error " + std::to_string(error));
   }
 }
@@ -200,8 +200,8 @@ bool EmbreeRegions::forget_unused() {
       ++entry;
       continue;
     }
-    library_.call().DetachGeometry(scene_, region.id);
-    library_.call().ReleaseGeometry(region.geometry);
+    embree_.call().DetachGeometry(scene_, region.id);
+    embree_.call().ReleaseGeometry(region.geometry);
     node_count_ -= region.nodes.size();
     free_ids_.push_back(region.id);
     entry = tiles_.erase(entry);

@@ -26,7 +26,7 @@ class EmbreeRegions {
   /// that is being made. Uses all threads.
   void follow(const MapSnapshot& map, const CellBox& box);
 
-  const EmbreeLibrary& library() const { return library_; }
+  const EmbreeLibrary& embree() const { return embree_; }
   embree::SceneHandle* scene() const { return scene_; }
   /// The cell that the scene's coordinates count from.
   const Cell& anchor() const { return frame_.anchor; }
@@ -61,7 +61,7 @@ class EmbreeRegions {
   bool forget_unused();
   void clear();
 
-  const EmbreeLibrary& library_;
+  const EmbreeLibrary& embree_;
   embree::SceneHandle* scene_;
   Frame frame_;
   Region coarse_;                                                     // nodes above the tiles

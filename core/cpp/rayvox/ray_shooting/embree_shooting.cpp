@@ -143,7 +143,7 @@ void take_candidates(const embree::OccludedFunctionArguments* arguments) {
 
 void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geometry, const EmbreeRegions& regions,
                                   const Kernels& kernels, int workers, std::vector<TileBins>& bins) {
-  const auto occluded = regions.library().call().Occluded16;
+  const auto occluded = regions.embree().call().Occluded16;
   const std::vector<std::uint32_t> order = order_by_direction(rays, workers);
   constexpr std::size_t rays_per_chunk = packets_per_chunk * packet_width;
   parallel_for((order.size() + rays_per_chunk - 1) / rays_per_chunk, workers, [&](std::size_t chunk, int worker) {

@@ -124,7 +124,7 @@ std::optional<OccupiedScene> OccupiedScene::of(const MapSnapshot& map, const Emb
 }
 
 OccupiedScene::OccupiedScene(const EmbreeLibrary& library, std::unique_ptr<Boxes> boxes)
-    : library_(&library), boxes_(std::move(boxes)), scene_(library.call().NewScene(library.device())) {
+    : embree_(&library), boxes_(std::move(boxes)), scene_(library.call().NewScene(library.device())) {
   // Positions on a ray err by a few float32 roundings of its reach, which the caller keeps below 4 * farthest.
   boxes_->widening = 4.0f * farthest * 0x1p-21f;
   const embree::Functions& call = library.call();
@@ -142,10 +142,10 @@ OccupiedScene::OccupiedScene(const EmbreeLibrary& library, std::unique_ptr<Boxes
 }
 
 OccupiedScene::OccupiedScene(OccupiedScene&& other) noexcept
-    : library_(other.library_), boxes_(std::move(other.boxes_)), scene_(std::exchange(other.scene_, nullptr)) {}
+    : embree_(other.embree_), boxes_(std::move(other.boxes_)), scene_(std::exchange(other.scene_, nullptr)) {}
 
 OccupiedScene::~OccupiedScene() {
-  if (scene_) library_->call().ReleaseScene(scene_);
+  if (scene_) embree_->call().ReleaseScene(scene_);
 }
 
 OccupiedScene::Answer OccupiedScene::cast(const Ray& ray, Hit& hit) const {
@@ -163,7 +163,7 @@ OccupiedScene::Answer OccupiedScene::cast(const Ray& ray, Hit& hit) const {
   Query query(ray);
   embree::IntersectArguments arguments;
   arguments.context = &query;
-  library_->call().Intersect1(scene_, &shot, &arguments);
+  embree_->call().Intersect1(scene_, &shot, &arguments);
   if (query.undecided) return Answer::undecided;
   hit = query.hit;
   return query.found ? Answer::hit : Answer::nothing;

@@ -44,7 +44,7 @@ class OccupiedScene {
  private:
   OccupiedScene(const EmbreeLibrary& library, std::unique_ptr<Boxes> boxes);
 
-  const EmbreeLibrary* library_;
+  const EmbreeLibrary* embree_;
   std::unique_ptr<Boxes> boxes_;
   embree::SceneHandle* scene_;
 };

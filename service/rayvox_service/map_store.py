@@ -17,7 +17,7 @@ from typing import Any
 from rayvox_service.durable_files import sync_directory
 from rayvox_service.hosted_map import HostedMap, MapOpenError
 from rayvox_service.map_config import MapConfig, read_map_config, write_map_config
-from rayvox_service.map_name import check_map_name
+from rayvox_service.names import check_name
 from rayvox_service.problems import Problem
 from rayvox_service.settings import Settings
 
@@ -78,7 +78,7 @@ class MapStore:
         hosted = self._maps.get(name)
         if hosted is not None:
             return hosted
-        check_map_name(name)
+        check_name("map", name)
         if name in self._opening:
             raise Problem("unavailable", f"map {name} is being restored")
         if name in self._failures:
@@ -94,7 +94,7 @@ class MapStore:
 
     def create(self, config: MapConfig) -> HostedMap:
         """Raises Problem map-exists or invalid-map-name, rayvox.InvalidInputError, OSError."""
-        check_map_name(config.name)
+        check_name("map", config.name)
         config.new_map()
         with self._lock:
             if self._closed:

@@ -35,13 +35,15 @@ nb::tuple contact_arrays(const std::vector<VoxelContact>& contacts) {
 
 nb::tuple check(const OwnedSnapshot& map, const std::vector<const LinkBody*>& bodies,
                 const std::vector<double>& paddings_m, const LinkPoses& T_map_links, bool unknown_is_occupied,
-                float occupied_log_odds, const std::string& contacts, const std::optional<Rows>& more_padding_m) {
+                float occupied_log_odds, const std::string& contacts, const std::optional<Rows>& more_padding_m,
+                const CancellationToken* cancellation) {
   if (paddings_m.size() != bodies.size() || T_map_links.shape(1) != bodies.size()) {
     throw InvalidInput("a check needs one padding and one pose per link");
   }
   std::vector<MapCheckLink> links;
   for (std::size_t i = 0; i < bodies.size(); ++i) links.push_back({bodies[i], paddings_m[i]});
   MapCheckOptions options{unknown_is_occupied, occupied_log_odds, {}, contacts_named(contacts)};
+  options.cancellation = cancellation;
   if (more_padding_m) options.more_padding_m = {more_padding_m->data(), more_padding_m->size()};
   MapCheckResult result;
   {
@@ -57,6 +59,11 @@ nb::tuple check(const OwnedSnapshot& map, const std::vector<const LinkBody*>& bo
 }  // namespace
 
 void bind_map_collision(nb::module_& m) {
+  nb::class_<CancellationToken>(m, "CancellationToken",
+                                "Tells a query in another thread that nobody waits for its answer any more.")
+      .def(nb::init<>())
+      .def("cancel", &CancellationToken::cancel, "The query raises QueryCancelledError soon; for good.")
+      .def_prop_ro("cancelled", &CancellationToken::cancelled);
   nb::class_<LinkBody>(m, "LinkBody")
       .def(
           "__init__",
@@ -67,10 +74,11 @@ void bind_map_collision(nb::module_& m) {
           nb::arg("bvh"));
   m.def("check_poses", &check, nb::arg("map"), nb::arg("bodies"), nb::arg("paddings_m"), nb::arg("T_map_links"),
         nb::arg("unknown_is_occupied"), nb::arg("occupied_log_odds"), nb::arg("contacts"),
-        nb::arg("more_padding_m").none() = nb::none(),
+        nb::arg("more_padding_m").none() = nb::none(), nb::arg("cancellation").none() = nb::none(),
         nb::sig("def check_poses(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], "
                 "T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, "
-                "contacts: str, more_padding_m: NDArray[numpy.float64] | None = None) -> tuple[NDArray[numpy.uint8], "
+                "contacts: str, more_padding_m: NDArray[numpy.float64] | None = None, "
+                "cancellation: CancellationToken | None = None) -> tuple[NDArray[numpy.uint8], "
                 "NDArray[numpy.int64], NDArray[numpy.float32]]"));
 }
 

@@ -117,7 +117,8 @@ class HostedMap:
                 operation = parse_operation(frame, restored.occupancy_map)
                 operation.apply(restored.occupancy_map)
                 if isinstance(operation, ScanOperation):
-                    restored.ledger.add(operation.scan_id, ScanEntry(sequence, frame.crc32c, frame.nbytes))
+                    received = operation.received
+                    restored.ledger.add(operation.scan_id, ScanEntry(sequence, received.crc32c, received.nbytes))
                 restored.replayed_bytes += frame.nbytes
         except (JournalGapError, RayvoxError, Problem, ValueError) as error:
             raise MapOpenError(f"{self._directory}: {error}") from error

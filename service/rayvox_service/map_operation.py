@@ -23,11 +23,24 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class ScanIdentity:
+    """CRC-32C and length of a frame as it was received."""
+
+    crc32c: int
+    nbytes: int
+
+
+@dataclass(frozen=True, slots=True)
 class ScanOperation:
-    """A validated and transformed scan: inserting it cannot fail on its values."""
+    """A validated and transformed scan: inserting it cannot fail on its values.
+
+    `dropped` counts what was taken out of the scan as it was `received`.
+    """
 
     scan_id: uuid.UUID
     prepared: PreparedScan
+    received: ScanIdentity
+    dropped: dict[str, int]
 
     @property
     def nbytes(self) -> int:
@@ -35,7 +48,7 @@ class ScanOperation:
 
     def apply(self, occupancy_map: OccupancyMap) -> Outcome:
         result = occupancy_map.insert_prepared(self.prepared)
-        return Outcome(result.revision, dict(vars(result.statistics)))
+        return Outcome(result.revision, vars(result.statistics) | self.dropped)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +76,10 @@ def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int |
         check_box(lo, hi)
         return ClearOperation(lo, hi)
     scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
-    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map))
+    received, dropped = ScanIdentity(frame.crc32c, frame.nbytes), {}
+    if frame.kind == scan.FILTERED_KIND:
+        received, dropped = ScanIdentity(**frame.fields["received"]), frame.fields["dropped"]
+    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map), received, dropped)
 
 
 def clear_frame(lo: Corner, hi: Corner) -> bytes:

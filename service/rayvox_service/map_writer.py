@@ -29,6 +29,7 @@ from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
+from rayvox_service.self_filter import RobotLookup, no_robots
 from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission, Wait
 from rayvox_service.submission_check import SubmissionCheck, WriterLimits
 from rayvox_service.waiters import Waiters, settle, settle_error
@@ -102,8 +103,14 @@ class MapWriter:
             raise refusal
         self._budget.check_room(nbytes)
 
-    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None, wait: Wait = "journaled") -> Submission:
-        return self.submit(Submission(scan.KIND, data, scan_id, wait))
+    def submit_scan(
+        self,
+        data: Bytes,
+        scan_id: uuid.UUID | None = None,
+        wait: Wait = "journaled",
+        find_robot: RobotLookup = no_robots,
+    ) -> Submission:
+        return self.submit(Submission(scan.KIND, data, scan_id, wait, find_robot))
 
     def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
         return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None, wait="applied"))
@@ -189,7 +196,9 @@ class MapWriter:
             try:
                 if self._broken is not None:
                     raise self._broken
+                taken = len(submission.data)
                 found = self._submission_check.check(submission, group, entries)
+                self._budget.change(submission, len(submission.data) - taken)
             except Exception as error:
                 self._reject(submission, error)
                 continue

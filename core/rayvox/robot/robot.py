@@ -208,13 +208,22 @@ class Robot:
         capsules[:, 6] += [link.padding_m if link.geometries else 0.0 for link in self.links]
         return capsules
 
-    def with_padding(self, padding_m: float | Mapping[str, float]) -> Robot:
-        """All links, or the named ones, grown by so many metres in queries. Raises InvalidInputError."""
+    def paddings_m(self, more_m: float | Mapping[str, float] = 0.0) -> list[float]:
+        """Padding of each link, with so much more on all of them, or on the named ones. Raises InvalidInputError."""
+        wanted = self._by_link(more_m)
+        return [link.padding_m + wanted.get(link.name, 0.0) for link in self.links]
+
+    def _by_link(self, padding_m: float | Mapping[str, float]) -> dict[str, float]:
         wanted = dict(padding_m) if isinstance(padding_m, Mapping) else dict.fromkeys(self.link_names, padding_m)
         for name, value in wanted.items():
             self.link_index(name)
             if not 0 <= value < np.inf:
                 raise InvalidInputError(f"padding of {name}: {value!r} is not a finite number of at least zero")
+        return wanted
+
+    def with_padding(self, padding_m: float | Mapping[str, float]) -> Robot:
+        """All links, or the named ones, grown by so many metres in queries. Raises InvalidInputError."""
+        wanted = self._by_link(padding_m)
         links = [Link(k.name, k.geometries, float(wanted.get(k.name, k.padding_m))) for k in self.links]
         return Robot(self.name, links, self.joints, self.allowed_collisions)
 
@@ -227,7 +236,7 @@ class Robot:
         touch_links: Sequence[str] = (),
         padding_m: float = 0.0,
     ) -> Robot:
-        """With an object, as a grasped box, fastened to a link; it is a link of its own, on a fixed joint.
+        """With an object, as a grasped box, fastened to a link; it is a link of its own, the last, on a fixed joint.
 
         It may touch the link that it is fastened to and `touch_links`. Raises InvalidInputError.
         """

@@ -9,8 +9,9 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 
+from rayvox_service.checked_fields import check_fields
 from rayvox_service.names import check_name
-from rayvox_service.request_body import RequestBody, check_fields
+from rayvox_service.request_body import RequestBody
 from rayvox_service.robot_config import ROBOT_TYPES, RobotConfig
 from rayvox_service.robot_store import sha256_of
 from rayvox_service.service import service_of

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import partial
+from typing import Literal
 
 from fastapi import APIRouter, Request
-from fastapi import Query as Parameter
 from fastapi.responses import Response
 
 from rayvox_service import frame
@@ -23,14 +23,11 @@ from rayvox_service.queries import (
     rows_of_frame,
     rows_of_json,
 )
-from rayvox_service.request_body import JSON, RequestBody, check_fields, parse_json, read_json
-from rayvox_service.service import map_of, service_of
-from rayvox_service.settings import Settings
+from rayvox_service.request_body import JSON, check_fields, parse_json, read_json
+from rayvox_service.routers.query_exchange import MinRevision, Timeout, answer_query
+from rayvox_service.service import Service, map_of, service_of
 
 router = APIRouter(tags=["queries"])
-
-MinRevision = Annotated[int | None, Parameter(ge=0, lt=1 << 62, description="wait until the map is that new")]
-Timeout = Annotated[float | None, Parameter(gt=0, allow_inf_nan=False, description="seconds to wait for it")]
 
 
 @router.post("/maps/{map_name}/points")
@@ -78,24 +75,16 @@ async def depth_image(
 
 
 async def _answer(request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:
-    service, hosted = service_of(request), map_of(request)
-    settings, incoming = service.settings, RequestBody(request.scope, request.receive)
-    media = incoming.media_type((JSON, frame.MEDIA_TYPE))
-    max_bytes = settings.max_json_bytes if media == JSON else settings.max_body_bytes
-    body = await incoming.read(max_bytes, settings.body_timeout_s)
-    await service.await_revision(hosted, min_revision, timeout_s)
-    content = await service.query(lambda: _compute(hosted, query, media, body, settings))
-    return Response(content, media_type=media)
+    return await answer_query(request, min_revision, timeout_s, partial(_compute, query))
 
 
-def _compute(hosted: HostedMap, query: type[Query], media: str, body: Bytes, settings: Settings) -> bytes:
-    """Runs in a query thread: parsing large bodies must not hold up the event loop."""
+def _compute(query: type[Query], service: Service, hosted: HostedMap, media: str, body: Bytes) -> bytes:
     if media == JSON:
         asked = parse_json(body, query)
         rows = rows_of_json(asked)
     else:
-        decoded = frame.decode_frame(body, settings.frame_limits)
-        rows = rows_of_frame(decoded, query, settings.max_points)
+        decoded = frame.decode_frame(body, service.settings.frame_limits)
+        rows = rows_of_frame(decoded, query, service.settings.max_points)
         asked = check_fields(decoded.fields, query)
     snapshot = hosted.snapshot()
     answer = asked.run(snapshot, rows)

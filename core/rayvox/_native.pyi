@@ -26,6 +26,15 @@ class SensorModel:
     @property
     def occupied_log_odds(self) -> float: ...
 
+class RayEngine(enum.Enum):
+    auto = 0
+
+    octree = 1
+
+    masks = 2
+
+    embree = 3
+
 class MapSnapshot:
     @property
     def resolution_m(self) -> float: ...
@@ -59,7 +68,7 @@ class MapSnapshot:
 
     def box_states(self, low_m: NDArray[numpy.float64], high_m: NDArray[numpy.float64]) -> NDArray[numpy.uint8]: ...
 
-    def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], max_range_m: float, unknown_stops: bool, most_leaves: int) -> tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]: ...
+    def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], max_range_m: float, unknown_stops: bool, engine: RayEngine) -> tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]: ...
 
     def statistics(self) -> dict[str, Any]: ...
 

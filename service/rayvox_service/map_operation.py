@@ -7,7 +7,7 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
-from rayvox import InvalidInputError, OccupancyMap, PreparedScan
+from rayvox import Engine, InvalidInputError, OccupancyMap, PreparedScan
 
 from rayvox_service import scan
 from rayvox_service.frame import Frame, encode_frame
@@ -46,8 +46,8 @@ class ScanOperation:
     def nbytes(self) -> int:
         return self.prepared.nbytes
 
-    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
-        result = occupancy_map.insert_prepared(self.prepared)
+    def apply(self, occupancy_map: OccupancyMap, engine: Engine) -> Outcome:
+        result = occupancy_map.insert_prepared(self.prepared, engine)
         return Outcome(result.revision, vars(result.statistics) | self.dropped)
 
 
@@ -59,7 +59,7 @@ class ClearOperation:
     hi: Corner
     nbytes: int = 0
 
-    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
+    def apply(self, occupancy_map: OccupancyMap, engine: Engine) -> Outcome:
         return Outcome(occupancy_map.clear_box(self.lo, self.hi), None)
 
 

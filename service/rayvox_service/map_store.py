@@ -14,6 +14,8 @@ import threading
 import uuid
 from typing import Any
 
+from rayvox.embree_library import load_embree
+
 from rayvox_service.durable_files import sync_directory
 from rayvox_service.hosted_map import HostedMap, MapOpenError
 from rayvox_service.map_config import MapConfig, read_map_config, write_map_config
@@ -32,7 +34,12 @@ class MapStore:
     """Thread-safe. `open_all` restores the maps that are on disk; until it ends only those restored so far answer."""
 
     def __init__(self, settings: Settings) -> None:
-        """Takes the data directory for this process alone. Raises OSError, DataDirectoryInUseError."""
+        """Takes the data directory for this process alone.
+
+        Raises OSError, DataDirectoryInUseError, and rayvox.EngineUnavailableError for an engine that is not installed.
+        """
+        if settings.engine == "embree":
+            load_embree()
         self._settings = settings
         self._root = settings.data_dir
         self._maps_dir, self._staging, self._trash = (self._root / name for name in ("maps", "staging", "trash"))

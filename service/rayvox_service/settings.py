@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import Field, SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+from rayvox import Engine
 
 from rayvox_service.frame import FrameLimits
 
@@ -31,6 +32,9 @@ class Settings(BaseSettings):
     max_poses: int = Field(default=200_000, gt=0, description="poses of a collision query")
     max_json_bytes: int = Field(default=1 * MIB, gt=0, description="JSON is for small queries; large ones are frames")
 
+    engine: Engine = Field(
+        default="auto", description="how scans are inserted: auto, dda, beam or embree; the map is the same"
+    )
     queue_bytes: int = Field(default=256 * MIB, gt=0, description="scans of one map that wait to be applied")
     max_in_flight: int = Field(default=8, gt=0, le=1024, description="unacknowledged scans per stream")
     snapshot_every_bytes: int = Field(default=256 * MIB, gt=0, description="journal written between two snapshots")

@@ -19,11 +19,9 @@ constexpr std::int32_t farthest = 1 << 16;
 
 struct Collector {
   const float threshold;
-  const std::size_t most;
   std::vector<OccupiedScene::Box>& boxes;
 
   void visit(const NodeCursor& node, const Cell& first, int level) {
-    if (boxes.size() > most) return;
     if (node.kind() == NodeCursor::Kind::inner) {
       if (node.log_odds() < threshold) return;  // the maximum below it
       for (int i = 0; i < 8; ++i) visit(node.child(i), child_cell(first, level, i), level - 1);
@@ -100,11 +98,10 @@ void take_candidate(const embree::IntersectFunctionArguments* arguments) {
 
 }  // namespace
 
-std::optional<OccupiedScene> OccupiedScene::of(const MapSnapshot& map, const EmbreeLibrary& library, std::size_t most) {
+std::optional<OccupiedScene> OccupiedScene::of(const MapSnapshot& map, const EmbreeLibrary& library) {
   auto boxes = std::make_unique<Boxes>();
-  Collector{map.model.occupied_log_odds, most, boxes->box}.visit(NodeCursor(map.root, map.geometry.depth()),
-                                                                 root_cell(map.geometry), map.geometry.depth());
-  if (boxes->box.size() > most) return std::nullopt;
+  Collector{map.model.occupied_log_odds, boxes->box}.visit(NodeCursor(map.root, map.geometry.depth()),
+                                                           root_cell(map.geometry), map.geometry.depth());
   const std::int32_t half = map.geometry.half_extent();
   Cell low{half, half, half}, high{-half, -half, -half};
   for (const Box& box : boxes->box) {

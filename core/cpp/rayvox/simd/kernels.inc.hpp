@@ -13,6 +13,7 @@ namespace {
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 #include "rayvox/ray_shooting/ray_ends.inc.hpp"
 #include "rayvox/ray_shooting/packet_pass.inc.hpp"
+#include "rayvox/ray_shooting/first_stop.inc.hpp"
 // clang-format on
 
 }  // namespace
@@ -30,4 +31,5 @@ const Kernels table{.instruction_set = instruction_set,
                     .beam_reaches = beam_reaches,
                     .count_rays_towards = count_rays_towards,
                     .clip_to_block = clip_to_block<WideLanes>,
-                    .shoot_brick = shoot_brick<Lanes>};
+                    .shoot_brick = shoot_brick<Lanes>,
+                    .find_first_stops = find_first_stops};

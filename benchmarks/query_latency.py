@@ -14,11 +14,9 @@ process.
 from __future__ import annotations
 
 import argparse
-import io
 import multiprocessing
 import tempfile
 import time
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -55,15 +53,6 @@ def stream_scans(url: str, started: Any, ended: Any) -> None:
             stream.push(*views[sent % VIEWS])
             sent, due = sent + 1, due + 1 / RATE_HZ
             time.sleep(max(0.0, due - time.perf_counter()))
-
-
-def archive_of(folder: Path) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for path in sorted(folder.rglob("*")):
-            if path.is_file():
-                archive.write(path, path.relative_to(folder.parent))
-    return buffer.getvalue()
 
 
 def poses(robot: rayvox.Robot, count: int, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -138,10 +127,7 @@ def main() -> None:
     started, ended = context.Event(), context.Event()
     with tempfile.TemporaryDirectory() as place, ServiceProcess(Path(place)) as service:
         client = Client(service.await_ready().url)
-        upload = service.http.put(
-            "/v1/robots/panda", content=archive_of(folder), headers={"content-type": "application/zip"}
-        )
-        assert upload.status_code == 201, upload.text
+        client.upload_robot(folder, "panda")
         client.create_map("building", RESOLUTION_M)
         sender = context.Process(target=stream_scans, args=(service.url, started, ended))
         sender.start()

@@ -22,6 +22,7 @@ ANSWER = "verdicts"
 PAYLOAD_DIMENSIONS = {"configurations": 2, "T_map_base": 3}
 # All contacts of a pose can be as many as there are voxels around the robot.
 MOST_POSES_WITH_ALL_CONTACTS = 100
+FIRST_POSES = 64
 
 
 class CollisionQuery(RobotQuery):
@@ -115,7 +116,7 @@ def check_collisions(
             return check
         return replace(check, contacts=replace(check.contacts, pose=check.contacts.pose + part.start))
 
-    checks = yield from in_batches(poses.count, batch)
+    checks = yield from in_batches(poses.count, batch, FIRST_POSES)
     whole = joined(checks)
     contacts = [check.contacts for check in checks if check.contacts is not None]
     return replace(whole, contacts=joined(contacts)) if contacts else whole

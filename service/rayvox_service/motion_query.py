@@ -17,6 +17,7 @@ from rayvox_service.steps import Steps, in_batches, joined
 
 KIND = "motions"
 ANSWER = "motion_verdicts"
+FIRST_MOTIONS = 4
 PAYLOAD_DIMENSIONS = {"q_from": 2, "q_to": 2, "T_map_base": 3}
 
 
@@ -98,7 +99,7 @@ def check_motions(
             robot.motion_bounds(motions.q_from, motions.q_to, motions.T_map_base)
             raise
 
-    return joined((yield from in_batches(motions.count, batch)))
+    return joined((yield from in_batches(motions.count, batch, FIRST_MOTIONS)))
 
 
 def check_as_frame(check: MotionCheck, revision: int) -> bytes:

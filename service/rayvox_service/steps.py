@@ -16,8 +16,7 @@ A = TypeVar("A")
 
 # What a step may take, so that a short query waits no longer behind a long one.
 STEP_S = 0.02
-FIRST_ROWS = 256
-MOST_GROWTH = 4.0
+MOST_GROWTH = 8.0
 
 # Every `yield` is a place where others come in; the value returned is the answer.
 Steps = Generator[None, None, T]
@@ -44,8 +43,8 @@ def advance(steps: Steps[T]) -> T | Unfinished:
 class Pace:
     """How many rows the next step takes: as many as STEP_S allowed for in the step before."""
 
-    def __init__(self) -> None:
-        self.rows = FIRST_ROWS
+    def __init__(self, first_rows: int) -> None:
+        self.rows = first_rows
 
     @contextmanager
     def step(self) -> Iterator[int]:
@@ -56,10 +55,10 @@ class Pace:
         self.rows = max(1, int(self.rows * min(STEP_S / took_s, MOST_GROWTH)))
 
 
-def in_batches(count: int, batch: Callable[[slice], A]) -> Steps[list[A]]:
-    """`batch` of consecutive rows until `count` are done; once where there are none."""
+def in_batches(count: int, batch: Callable[[slice], A], first_rows: int) -> Steps[list[A]]:
+    """`batch` of consecutive rows until `count` are done, once where there are none; `first_rows` in the first step."""
     answers: list[A] = []
-    pace, begin = Pace(), 0
+    pace, begin = Pace(first_rows), 0
     while True:
         with pace.step() as rows:
             answers.append(batch(slice(begin, begin + rows)))

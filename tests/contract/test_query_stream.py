@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -53,11 +55,12 @@ def configurations(count: int, seed: int = 1) -> NDArray[np.float64]:
     return ARM.sample_configurations(count, np.random.default_rng(seed))
 
 
-def raw_connection(service: ServiceProcess, name: str) -> ClientConnection:
+@contextmanager
+def raw_connection(service: ServiceProcess, name: str) -> Iterator[ClientConnection]:
     address = str(service.http.base_url).replace("http", "ws", 1)
-    connection = connect(f"{address}/v1/maps/{name}/queries", max_size=None, compression=None)
-    assert json.loads(connection.recv())["type"] == "opened"
-    return connection
+    with connect(f"{address}/v1/maps/{name}/queries", max_size=None, compression=None) as connection:
+        assert json.loads(connection.recv())["type"] == "opened"
+        yield connection
 
 
 def keep_asking(socket: ClientConnection, frame: bytes) -> None:

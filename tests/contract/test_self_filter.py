@@ -57,7 +57,9 @@ def sensor_pose() -> NDArray[np.float64]:
 def rays(count: int = 4000) -> NDArray[np.float64]:
     """Ends in the sensor's frame, a good part of them on the arm or behind it."""
     rng = np.random.default_rng(7)
-    return np.asarray(rng.uniform([-1, -1, 0.05], [1, 1, 2.5], (count, 3)))
+    ends = rng.uniform([-1, -1, 0.05], [1, 1, 2.5], (count, 3))
+    ends[::2] *= rng.uniform(0.05, 0.5, (len(ends[::2]), 1))
+    return np.asarray(ends)
 
 
 def kept(points: NDArray[Any], padding_m: float = PADDING_M) -> NDArray[np.bool_]:
@@ -88,7 +90,7 @@ def test_the_map_is_that_of_the_points_which_are_not_the_robot(
     points, T_map_base = rays(), np.eye(4)
     T_map_base[:3, 3] = 1.0, 2.0, 0.3
     T_map_sensor = T_map_base @ sensor_pose()
-    free = 1.2 * points[:500]
+    free = 1.2 * points[:1500]
     for how in (filter_by_link(robot), SelfFilter(robot, Q, T_map_base=T_map_base, padding_m=PADDING_M)):
         name = f"self-{next(_numbers)}"
         client.create_map(name, resolution_m=0.05)

@@ -117,7 +117,7 @@ def test_a_held_object_collides_and_is_named_in_contacts(
 
 
 def test_padding_goes_to_the_named_links(client: Client, robot: str, room: str, snapshot: rayvox.MapSnapshot) -> None:
-    q, T = ARM.sample_configurations(400, np.random.default_rng(3)), placed(-2.2)
+    q, T = ARM.sample_configurations(400, np.random.default_rng(3)), np.stack([placed(-x / 100) for x in range(400)])
     padded = {"upper": 0.3, "hand": 0.2}
     got = client.check(room, robot, q, T, padding_m=padded).verdicts
     wanted = rayvox.CollisionChecker(snapshot, ARM.with_padding(padded)).check(q, T).verdicts

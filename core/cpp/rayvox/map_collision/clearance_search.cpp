@@ -28,6 +28,7 @@ PoseClearance ClearanceSearch::nearest_voxel(std::span<PlacedBody> bodies) {
 void ClearanceSearch::start(std::span<PlacedBody> bodies) {
   bodies_ = bodies;
   bounds_.clear();
+  pairs_.clear();
   queue_.clear();
   nearest_ = {options_.max_clearance_m, {}, {}};
   found_ = {};
@@ -41,101 +42,88 @@ void ClearanceSearch::start(std::span<PlacedBody> bodies) {
     }
   }
   const NodeCursor root(map_.root, map_.geometry.depth());
-  if (!bodies.empty() && counts(root)) push({0, whole_robot, 0, 0, root, root_cell(map_.geometry)});
+  if (!bodies.empty()) push(0, {whole_robot, {}, root, root_cell(map_.geometry)});
 }
 
 bool ClearanceSearch::pop(Pair& pair) {
-  if (queue_.empty() || queue_.front().squared >= squared_limit(whole_robot)) return false;
+  if (queue_.empty()) return false;
   std::pop_heap(queue_.begin(), queue_.end(), is_farther);
-  pair = queue_.back();
+  const Bound bound = queue_.back();
   queue_.pop_back();
-  return true;
+  pair = pairs_[bound.pair];
+  return bound.squared < nearest_.distance * nearest_.distance;
 }
 
-void ClearanceSearch::push(const Pair& pair) {
-  if (pair.squared >= squared_limit(whole_robot)) return;
-  queue_.push_back(pair);
+void ClearanceSearch::push(float squared, const Pair& pair) {
+  if (squared >= nearest_.distance * nearest_.distance) return;
+  queue_.push_back({squared, static_cast<std::uint32_t>(pairs_.size())});
+  pairs_.push_back(pair);
   std::push_heap(queue_.begin(), queue_.end(), is_farther);
 }
 
 // The robot is one box to nodes that are larger.
 void ClearanceSearch::expand_robot(const Pair& pair) {
   const Vec3d size = robot_.high - robot_.low;
-  const double node_m = std::ldexp(map_.geometry.resolution_m(), pair.node.level());
+  const int level = pair.node.level();
+  const double node_m = std::ldexp(map_.geometry.resolution_m(), level);
   if (pair.node.kind() == NodeCursor::Kind::inner && node_m > std::max({size.x, size.y, size.z})) {
-    for (int i = 0; i < 8; ++i) {
-      const NodeCursor child = pair.node.child(i);
-      const Cell first = child_cell(pair.first, pair.node.level(), i);
-      if (counts(child)) push({squared_gap(robot_, first, child.level()), whole_robot, 0, 0, child, first});
+    for (unsigned children = counting_children(pair.node); children; children &= children - 1) {
+      const int i = __builtin_ctz(children);
+      const Cell first = child_cell(pair.first, level, i);
+      push(squared_gap(robot_, first, level - 1), {whole_robot, {}, pair.node.child(i), first});
     }
     return;
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const float squared = squared_gap(bounds_[i], pair.first, pair.node.level());
-    push({squared, static_cast<std::int32_t>(i), 0, 1, pair.node, pair.first});
+    const float squared = squared_gap(bounds_[i], pair.first, level);
+    push(squared, {static_cast<std::int32_t>(i), {0, 1, false}, pair.node, pair.first});
   }
 }
 
-// The larger of node and boxes is opened.
+// What is larger is opened: a node, or those boxes that are larger than it.
 void ClearanceSearch::expand(const Pair& pair) {
-  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  const LinkBody::Block& block = body.body().blocks()[pair.block];
+  const PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
   const PlacedCube cube = body.cube(pair.first, pair.node.level());
   const bool is_inner = pair.node.kind() == NodeCursor::Kind::inner;
-  const bool node_is_larger = !(pair.lanes & block.inner) || cube.local.half > block.largest_radius_m;
-  if (is_inner && node_is_larger) return open_node(pair, pair.lanes);
-  open_boxes(pair, cube, pair.lanes & block.inner);
-  const std::uint32_t leaves = pair.lanes & block.leaves;
-  if (is_inner) {
-    open_node(pair, leaves);
-  } else {
-    measure_leaves(pair, cube, leaves);
-  }
+  if (pair.of.triangles) return is_inner ? open_node(pair, cube) : measure_triangles(pair, cube);
+  Pair smaller = pair, larger = pair;
+  if (is_inner) larger.of.lanes &= body.body().boxes_larger_than(pair.of.index, cube.local.half);
+  smaller.of.lanes &= ~larger.of.lanes;
+  if (smaller.of.lanes) open_node(smaller, cube);
+  open_boxes(larger, cube);
 }
 
-void ClearanceSearch::open_node(const Pair& pair, std::uint32_t lanes) {
-  if (lanes == 0) return;
+void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  for (int i = 0; i < 8; ++i) {
-    const NodeCursor child = pair.node.child(i);
-    if (!counts(child)) continue;
-    const Cell first = child_cell(pair.first, pair.node.level(), i);
-    push_near({0, pair.body, pair.block, lanes, child, first}, body.cube(first, child.level()));
+  const unsigned children = counting_children(pair.node);
+  NearLanes near[8];
+  body.near_octants(pair.of, cube, children, squared_limit(body), near);
+  for (unsigned rest = children; rest; rest &= rest - 1) {
+    const int i = __builtin_ctz(rest);
+    if (near[i].lanes == 0) continue;
+    Pair child{pair.body, pair.of, pair.node.child(i), child_cell(pair.first, pair.node.level(), i)};
+    child.of.lanes = near[i].lanes;
+    push(near[i].least * body.scale_of_squares(), child);
   }
 }
 
-void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes) {
-  const LinkBody::Block& block = bodies_[static_cast<std::size_t>(pair.body)].body().blocks()[pair.block];
+void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube) {
+  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  for (std::uint32_t lanes = pair.of.lanes; lanes; lanes &= lanes - 1) {
+    Pair opened = pair;
+    opened.of = body.body().opened(pair.of.index, __builtin_ctz(lanes));
+    const NearLanes near = body.near_cube(opened.of, cube, squared_limit(body));
+    opened.of.lanes = near.lanes;
+    if (near.lanes) push(near.least * body.scale_of_squares(), opened);
+  }
+}
+
+void ClearanceSearch::measure_triangles(const Pair& pair, const PlacedCube& cube) {
+  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  std::uint32_t lanes = body.near_cube(pair.of, cube, squared_limit(body)).lanes;
   for (; lanes; lanes &= lanes - 1) {
-    const std::uint32_t child = block.child[__builtin_ctz(lanes)];
-    push_near({0, pair.body, child, ~0u, pair.node, pair.first}, cube);
-  }
-}
-
-// Queues those of the lanes that may be nearer than what is found.
-void ClearanceSearch::push_near(const Pair& pair, const PlacedCube& cube) {
-  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  alignas(64) float squared[16];
-  Pair near = pair;
-  near.lanes &= body.lanes_near(pair.block, cube, squared_limit(pair.body), squared);
-  if (near.lanes == 0) return;
-  near.squared = INFINITY;
-  for (std::uint32_t lanes = near.lanes; lanes; lanes &= lanes - 1) {
-    near.squared = std::min(near.squared, squared[__builtin_ctz(lanes)]);
-  }
-  near.squared *= body.scale_of_squares();
-  push(near);
-}
-
-void ClearanceSearch::measure_leaves(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes) {
-  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  alignas(64) float squared[16];
-  lanes &= body.lanes_near(pair.block, cube, squared_limit(pair.body), squared);
-  for (; lanes; lanes &= lanes - 1) {
-    const int lane = __builtin_ctz(lanes);
-    if (squared[lane] >= squared_limit(pair.body)) continue;
-    const std::uint32_t leaf = body.body().blocks()[pair.block].child[lane];
-    if (!body.lower_to_leaf(leaf, cube, nearest_)) continue;
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+    if (!body.lower_to_triangle(pair.of.index, lane, cube, nearest_)) continue;
     found_.link = pair.body;
     found_.point_m = nearest_.on_triangle + cube.centre + body.translation();
     const Vec3d gap = nearest_.on_cube - nearest_.on_triangle;
@@ -158,10 +146,9 @@ void ClearanceSearch::measure_borders() {
   }
 }
 
-bool ClearanceSearch::counts(const NodeCursor& node) const {
-  if (node.kind() == NodeCursor::Kind::unknown) return options_.unknown_is_occupied;
-  if (node.log_odds() >= options_.occupied_log_odds) return true;
-  return options_.unknown_is_occupied && node.kind() == NodeCursor::Kind::inner && node.any_unknown();
+unsigned ClearanceSearch::counting_children(const NodeCursor& node) const {
+  const unsigned occupied = node.children_at_least(options_.occupied_log_odds);
+  return options_.unknown_is_occupied ? occupied | node.children_with_unknown() : occupied;
 }
 
 float ClearanceSearch::squared_gap(const Box& box, const Cell& first, int level) const {
@@ -175,10 +162,9 @@ float ClearanceSearch::squared_gap(const Box& box, const Cell& first, int level)
   return static_cast<float>(squared * (1 - 1e-6));
 }
 
-// Bounds of this or more need not be looked at: those of the kernels for a body, others for the whole robot.
-float ClearanceSearch::squared_limit(std::int32_t body) const {
-  const auto squared = static_cast<float>(nearest_.distance * nearest_.distance);
-  return body == whole_robot ? squared : squared / bodies_[static_cast<std::size_t>(body)].scale_of_squares();
+// A body's bounds of this or more need not be looked at.
+float ClearanceSearch::squared_limit(const PlacedBody& body) const {
+  return static_cast<float>(nearest_.distance * nearest_.distance) / body.scale_of_squares();
 }
 
 }  // namespace rayvox

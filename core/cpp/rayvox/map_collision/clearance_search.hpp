@@ -25,35 +25,39 @@ class ClearanceSearch {
   struct Box {
     Vec3d low, high;
   };
-  // Boxes of a body, some lanes of a block, or of all of the robot, and a node.
+  // A node and some boxes or triangles of a body, or the box around the whole robot.
   struct Pair {
-    float squared;  // no triangle of the boxes is nearer to a voxel of the node
     std::int32_t body;
-    std::uint32_t block, lanes;
+    BoxesOrTriangles of;
     NodeCursor node;
     Cell first;
+  };
+  // A pair by its position in pairs_: no triangle of it is nearer to a voxel of its node.
+  struct Bound {
+    float squared;
+    std::uint32_t pair;
   };
 
   void start(std::span<PlacedBody> bodies);
   bool pop(Pair& pair);
-  void push(const Pair& pair);
+  void push(float squared, const Pair& pair);
   void expand_robot(const Pair& pair);
   void expand(const Pair& pair);
-  void open_node(const Pair& pair, std::uint32_t lanes);
-  void open_boxes(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes);
-  void push_near(const Pair& pair, const PlacedCube& cube);
-  void measure_leaves(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes);
+  void open_node(const Pair& pair, const PlacedCube& cube);
+  void open_boxes(const Pair& pair, const PlacedCube& cube);
+  void measure_triangles(const Pair& pair, const PlacedCube& cube);
   void measure_borders();
-  bool counts(const NodeCursor& node) const;
+  unsigned counting_children(const NodeCursor& node) const;
   float squared_gap(const Box& box, const Cell& first, int level) const;
-  float squared_limit(std::int32_t body) const;
+  float squared_limit(const PlacedBody& body) const;
 
   const MapSnapshot& map_;
   const ClearanceOptions& options_;
   std::span<PlacedBody> bodies_;
   std::vector<Box> bounds_;  // of the bodies, map frame
   Box robot_;
-  std::vector<Pair> queue_;  // a heap, nearest first
+  std::vector<Pair> pairs_;
+  std::vector<Bound> queue_;  // a heap, nearest first
   Separation nearest_;
   PoseClearance found_;
 };

@@ -138,31 +138,34 @@ bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
   return false;
 }
 
-std::uint32_t PlacedBody::lanes_near(std::uint32_t block, const PlacedCube& cube, float squared_limit, float* squared) {
-  const LinkBody::Block& lanes = body_.blocks()[block];
-  return kernels_.boxes_near_cube(placed_block(block), cube.local, squared_limit, squared) &
-         static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
+NearLanes PlacedBody::near_cube(BoxesOrTriangles of, const PlacedCube& cube, float limit) {
+  if (of.triangles) return kernels_.triangles_near_cube(placed_leaf(of.index), cube.local, of.lanes, limit);
+  return kernels_.boxes_near_cube(placed_block(of.index), cube.local, of.lanes, limit);
 }
 
-bool PlacedBody::lower_to_leaf(std::uint32_t index, const PlacedCube& cube, Separation& nearest) {
-  const LinkBody::Leaf& leaf = body_.leaves()[index];
-  alignas(64) float squared[16];
-  const auto limit = [&] { return static_cast<float>(nearest.distance * nearest.distance) / scale_of_squares_; };
-  unsigned lanes = kernels_.triangles_near_cube(placed_leaf(index), cube.local, limit(), squared) &
-                   ((1u << leaf.count) - 1);
-  bool lowered = false;
-  for (; lanes; lanes &= lanes - 1) {
-    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-    if (squared[lane] >= limit()) continue;
-    double size = 0;
-    const Triangle placed = placed_triangle(leaf.first + lane, cube.centre, size);
-    Separation found = distance_to_cube(placed, cube.half);
-    found.distance = std::max(found.distance - rounding_of_placement * size, 0.0);
-    if (found.distance >= nearest.distance) continue;
-    nearest = found;
-    lowered = true;
+void PlacedBody::near_octants(BoxesOrTriangles of, const PlacedCube& cube, unsigned octants, float limit,
+                              NearLanes* near) {
+  const double quarter = 0.5 * (cube.half - padding_m_);
+  LocalOctants cubes;
+  std::copy_n(cube.local.centre, 3, cubes.centre);
+  cubes.quarter = static_cast<float>(quarter);
+  cubes.half = static_cast<float>((quarter + padding_m_) * (1 + 4 * margin_of_size)) + margin_m_;
+  if (of.triangles) {
+    kernels_.triangles_near_octants(placed_leaf(of.index), cubes, octants, of.lanes, limit, near);
+  } else {
+    kernels_.boxes_near_octants(placed_block(of.index), cubes, octants, of.lanes, limit, near);
   }
-  return lowered;
+}
+
+bool PlacedBody::lower_to_triangle(std::uint32_t leaf, std::uint32_t lane, const PlacedCube& cube,
+                                   Separation& nearest) const {
+  double size = 0;
+  const Triangle placed = placed_triangle(body_.leaves()[leaf].first + lane, cube.centre, size);
+  Separation found = distance_to_cube(placed, cube.half);
+  found.distance = std::max(found.distance - rounding_of_placement * size, 0.0);
+  if (found.distance >= nearest.distance) return false;
+  nearest = found;
+  return true;
 }
 
 std::pair<Vec3d, Vec3d> PlacedBody::bounds() {

@@ -39,13 +39,14 @@ class PlacedBody {
   /// Whether a triangle of a leaf meets the cube.
   bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
 
-  /// Lower bounds of the squared distances of a block's boxes from the cube, and the lanes where they are below the
-  /// limit. Times this, they are bounds of the true distances for all that float32 and the pose's rotation take.
-  std::uint32_t lanes_near(std::uint32_t block, const PlacedCube& cube, float squared_limit, float* squared);
+  /// Lower bounds of squared distances below `limit`, of a block's boxes or a leaf's triangles from the cube, or from
+  /// its octants. Times scale_of_squares() they bound the true distances, for all that float32 and the pose take.
+  NearLanes near_cube(BoxesOrTriangles of, const PlacedCube& cube, float limit);
+  void near_octants(BoxesOrTriangles of, const PlacedCube& cube, unsigned octants, float limit, NearLanes* near);
   float scale_of_squares() const { return scale_of_squares_; }
-  /// Lowers `nearest` to the distance of a leaf's triangles from the cube, whose points are then relative to the cube's
-  /// centre; true if it did.
-  bool lower_to_leaf(std::uint32_t leaf, const PlacedCube& cube, Separation& nearest);
+  /// Lowers `nearest` to the distance of one of a leaf's triangles from the cube, whose points are then relative to the
+  /// cube's centre; true if it did.
+  bool lower_to_triangle(std::uint32_t leaf, std::uint32_t lane, const PlacedCube& cube, Separation& nearest) const;
   /// A box in the map, metres, that holds the padded body.
   std::pair<Vec3d, Vec3d> bounds();
   /// The padded surface's distance from what lies beyond the octree, where it is less than `within`; points as above,

@@ -32,6 +32,8 @@ const CollisionKernels collision_table{
     place_triangles<CollisionLanes>,
     triangles_meeting_cube<CollisionLanes>,
     boxes_near_cube<CollisionLanes>,
-    triangles_near_cube<CollisionLanes>};
+    triangles_near_cube<CollisionLanes>,
+    boxes_near_octants<CollisionLanes>,
+    triangles_near_octants<CollisionLanes>};
 
 }  // namespace rayvox::avx2

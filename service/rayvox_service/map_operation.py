@@ -11,6 +11,7 @@ from rayvox import InvalidInputError, OccupancyMap, PreparedScan
 
 from rayvox_service import scan
 from rayvox_service.frame import Frame, encode_frame
+from rayvox_service.map_config import InsertionConfig
 
 CLEAR_BOX = "clear_box"
 Corner = tuple[float, float, float]
@@ -53,7 +54,9 @@ class ClearOperation:
 Operation = ScanOperation | ClearOperation
 
 
-def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int | None = None) -> Operation:
+def parse_operation(
+    frame: Frame, occupancy_map: OccupancyMap, insertion: InsertionConfig, max_points: int | None = None
+) -> Operation:
     """Check a record against the map it is for, without touching the map.
 
     Raises FrameError, Problem or rayvox.InvalidInputError.
@@ -63,7 +66,8 @@ def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int |
         check_box(lo, hi)
         return ClearOperation(lo, hi)
     scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
-    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map))
+    arguments = scan.scan_arguments(frame, max_points).reduced(insertion)
+    return ScanOperation(scan_id, arguments.prepare(occupancy_map))
 
 
 def clear_frame(lo: Corner, hi: Corner) -> bytes:

@@ -62,6 +62,18 @@ class MapConfig(BaseModel):
         return OccupancyMap.from_bytes(state, self.resolution_m, self.depth, self.sensor_model.to_kernel(), revision)
 
 
+class NewMap(MapConfig):
+    """What the creator of a map says of it; the service's settings say the rest."""
+
+    # May be left out; with_defaults never takes the value that stands here for that.
+    resolution_m: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
+
+    def with_defaults(self, resolution_m: float, depth: int, insertion: InsertionConfig) -> MapConfig:
+        """With these for what was not said."""
+        said = {name: getattr(self, name) for name in self.model_fields_set}
+        return MapConfig(**{"resolution_m": resolution_m, "depth": depth, "insertion": insertion} | said)
+
+
 class MapFile(BaseModel):
     """map.json: the configuration under a version of the directory's layout."""
 

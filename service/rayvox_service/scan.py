@@ -17,6 +17,9 @@ from rayvox_service.map_config import InsertionConfig
 from rayvox_service.problems import Problem
 
 KIND = "scan"
+# A scan that was received with more in it; only the journal has these.
+FILTERED_KIND = "filtered_scan"
+Vector = tuple[float, float, float]
 FLOATS = ("<f4", "<f8")
 
 
@@ -26,7 +29,7 @@ class ScanArguments:
 
     points: AnyArray
     T_map_sensor: npt.NDArray[np.float64] | None
-    origin: tuple[float, float, float]
+    origin: Vector
     max_range_m: float | None
     no_return: AnyArray | None
     discretize: bool
@@ -70,7 +73,7 @@ def parse_scan_id(text: object) -> uuid.UUID:
 
 def scan_arguments(frame: Frame, max_points: int | None = None) -> ScanArguments:
     """Read a `scan` frame. Raises FrameError, FrameTooLargeError (over `max_points`, nothing expanded), or Problem."""
-    if frame.kind != KIND:
+    if frame.kind not in (KIND, FILTERED_KIND):
         raise Problem("invalid-input", f"a scan frame is needed, this one is of kind {frame.kind!r}")
     _check_ray_count(frame, max_points)
     pose = numbers(frame, "T_map_sensor", 16, None)

@@ -46,6 +46,9 @@ class Settings(BaseSettings):
     max_poses: int = Field(default=200_000, gt=0, description="poses of a collision query")
     max_json_bytes: int = Field(default=1 * MIB, gt=0, description="JSON is for small queries; large ones are frames")
 
+    engine: Engine = Field(
+        default="auto", description="how scans are inserted: auto, dda, beam or embree; the map is the same"
+    )
     queue_bytes: int = Field(default=256 * MIB, gt=0, description="scans of one map that wait to be applied")
     max_in_flight: int = Field(default=8, gt=0, le=1024, description="unacknowledged scans per stream")
     snapshot_every_bytes: int = Field(default=256 * MIB, gt=0, description="journal written between two snapshots")
@@ -61,11 +64,10 @@ class Settings(BaseSettings):
     body_timeout_s: float = Field(default=300.0, gt=0, description="longest time that one request body may take")
     query_threads: int = Field(default=4, gt=0, le=256)
 
-    engine: Engine = Field(default="auto", description="how rays are shot; every engine makes the same map")
-    map_resolution_m: float | None = Field(
-        default=None, gt=0, allow_inf_nan=False, description="of new maps that are created without one"
+    map_resolution_m: float = Field(
+        default=0.05, gt=0, allow_inf_nan=False, description="of new maps whose creator does not say"
     )
-    map_depth: int = Field(default=16, ge=4, le=21, description="levels of new maps that are created without")
+    map_depth: int = Field(default=16, ge=4, le=21, description="levels of new maps whose creator does not say")
     map_max_range_m: float | None = Field(
         default=None, gt=0, allow_inf_nan=False, description="longer rays into new maps are cut there"
     )

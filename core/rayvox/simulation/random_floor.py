@@ -14,7 +14,7 @@ from .scene import Scene
 from .shape import Shape
 from .wall import ROOM_HEIGHT_M, Opening, wall, window
 
-WIDTH_M, DEPTH_M = (8.0, 13.0), (6.0, 9.0)
+WIDTH_M, DEPTH_M = (9.0, 12.0), (6.5, 8.5)
 """Ranges of a floor's size along x and y; its south-west corner is the map's origin."""
 PIECES = (10, 18)
 """Range of the number of pieces of furniture."""
@@ -39,7 +39,7 @@ def make_random_floor(seed: int) -> Scene:
     return Scene([*_rooms(rng, width, depth), *_furnish(rng, width, depth)])
 
 
-def random_floor_run(seed: int, stations: int = 8, lidar_every: int = 4) -> RobotRun:
+def random_floor_run(seed: int, stations: int = 12, lidar_every: int = 4) -> RobotRun:
     """A run through make_random_floor(seed) that stops at random places with nothing near."""
     scene = make_random_floor(seed)
     poses = _clear_places(scene, stations, np.random.default_rng([seed, 1]))

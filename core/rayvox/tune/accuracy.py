@@ -18,8 +18,8 @@ class MapAccuracy:
     """Shares from 0 to 1, distances in metres.
 
     occupied_precision: of the occupied voxels, those that hold something solid. occupied_recall: of the points on
-    surfaces that were seen, those in an occupied voxel. free_recall: of the points in free space that rays passed, those
-    in a free voxel.
+    surfaces that were seen, those in an occupied voxel. free_recall: of the points in free space that rays passed,
+    those in a free voxel.
     error_*: of two kinds of distances the larger statistic: from the centres of occupied voxels to the nearest true
     surface (stray), and from points on surfaces that were seen to the nearest occupied voxel's centre (gap).
     """

@@ -16,7 +16,8 @@ OCTOMAP_DEPTH, MOST_DEPTH = 16, 21
 # Resolutions tried, as multiples of the error that is allowed: a voxel's centre lies within 0.87 edges of its content.
 _LADDER = (4.0, 2.0, 1.5, 1.0, 0.75, 0.5)
 _SHARES = (1.0, 0.5, 0.25)
-_RANGE_QUANTILES = (0.9, 0.6)
+# Of the longest measurements, outliers left out.
+_RANGE_SHARES, _LONGEST = (0.75, 0.5), 0.995
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +61,10 @@ def resolution_ladder(
 
 
 def range_cuts(parts: Sequence[Part]) -> list[float | None]:
-    """No cut, and cuts that reach this share of the measurements, of the first part."""
-    lengths = np.concatenate([np.linalg.norm(scan.points, axis=1) for scan in parts[0].scans])
-    return [None, *(float(f"{np.quantile(lengths, q):.2g}") for q in _RANGE_QUANTILES)]
+    """No cut, and cuts at shares of the longest measurements."""
+    lengths = np.concatenate([np.linalg.norm(scan.points, axis=1) for part in parts for scan in part.scans])
+    longest_m = float(np.quantile(lengths, _LONGEST))
+    return [None, *(float(f"{share * longest_m:.2g}") for share in _RANGE_SHARES)]
 
 
 def one_factor_at_a_time(base: MapSettings, cuts: Sequence[float | None]) -> list[MapSettings]:
@@ -74,11 +76,22 @@ def one_factor_at_a_time(base: MapSettings, cuts: Sequence[float | None]) -> lis
     ]
 
 
-def interacting_factors(resolutions: Sequence[MapSettings], cuts: Sequence[float | None]) -> list[MapSettings]:
-    """Range cut, share of the rays and discretize in all combinations: each takes rays that another might have taken."""
+def interacting_factors(resolutions: Sequence[MapSettings], useful: Sequence[MapSettings]) -> list[MapSettings]:
+    """The factors of `useful` settings in all combinations: each takes rays that another might have taken.
+
+    useful: those of one_factor_at_a_time that gained something by themselves; others are not worth combining.
+    """
+    shares = {1.0, *(one.ray_share for one in useful)}
+    cuts = {None, *(one.max_range_m for one in useful)}
+    discretized = {False, *(one.discretize for one in useful)}
     return [
         replace(base, ray_share=share, max_range_m=cut, discretize=discretize)
-        for base, share, cut, discretize in product(resolutions, _SHARES, cuts, (False, True))
+        for base, share, cut, discretize in product(
+            resolutions,
+            sorted(shares, reverse=True),
+            sorted(cuts, key=lambda cut: -(cut or math.inf)),
+            sorted(discretized),
+        )
     ]
 
 

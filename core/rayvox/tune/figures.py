@@ -20,8 +20,11 @@ UNKNOWN_POLICIES: tuple[UnknownPolicy, ...] = get_args(UnknownPolicy)
 
 @dataclass(frozen=True)
 class MapFigures:
-    """Of one part. scan_s, scan_bytes: medians over its scans. accuracy: None where it is another measurement's, or where
-    there is nothing to measure. robot: by policy for unknown space, empty without a robot."""
+    """Of one part.
+
+    scan_s, scan_bytes: medians over its scans. accuracy: None where it is another measurement's, or where there is
+    nothing to measure. robot: by policy for unknown space, empty without a robot.
+    """
 
     scan_s: float
     scan_bytes: float

@@ -17,7 +17,7 @@ from rayvox.tune.scan_input import PosedScan
 
 @dataclass(frozen=True)
 class MapRun:
-    """occupancy_map: after the last scan. scan_s: (n,) seconds per scan. scan_bytes: (n,) of the rays inserted, float32."""
+    """occupancy_map: after the last scan. scan_s: (n,) seconds per scan. scan_bytes: (n,) of its rays, as float32."""
 
     occupancy_map: OccupancyMap
     scan_s: npt.NDArray[np.float64]

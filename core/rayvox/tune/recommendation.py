@@ -9,7 +9,7 @@ from rayvox.collision_checker import UnknownPolicy
 from rayvox.errors import RayvoxError
 from rayvox.tune.candidate import MapSettings
 from rayvox.tune.figures import CandidateSummary
-from rayvox.tune.pareto import two_digits
+from rayvox.tune.pareto import coarse
 from rayvox.tune.robot_queries import RobotFigures
 
 # Engines are told apart by more than this share of their time.
@@ -22,8 +22,8 @@ class NothingMeasuredError(RayvoxError):
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """max_error_m: of the map, 95 % of its surface. max_lost_free: share of the free space that may be lost more than by
-    the settings that lose the least; both for settings of the map and for the policy for unknown space."""
+    """max_error_m: of 95 % of the map's surface. max_lost_free: share of the free space that may be lost beyond what the
+    best settings lose; and, beyond what the policy "free" loses, by that for unknown space."""
 
     max_error_m: float
     max_lost_free: float = 0.1
@@ -65,14 +65,13 @@ def recommend(
     """
     judged = [s for s in summaries if s.error_bound_m is not None and s.accuracy is not None]
     if not judged:
-        raise NothingMeasuredError("nothing was measured on three parts of the scans: give more scans, or a larger budget")
+        raise NothingMeasuredError(
+            "nothing was measured on three parts of the scans: give more scans, or a larger budget"
+        )
     most_free = max(_free_recall(s) for s in judged)
     usable = [s for s in judged if _free_recall(s) >= most_free - target.max_lost_free]
     kept = [s for s in usable if _bound_m(s) <= target.max_error_m]
-    if kept:
-        chosen = min(kept, key=lambda s: (two_digits(s.scan_s), _bound_m(s)))
-    else:
-        chosen = min(usable, key=_bound_m)
+    chosen = min(kept, key=lambda s: (coarse(s.scan_s), _bound_m(s))) if kept else min(usable, key=_bound_m)
     fastest = _fastest_engine(chosen, same_leaves)
     unknown = choose_policy(chosen.robot, target)
     return Recommendation(

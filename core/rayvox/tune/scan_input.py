@@ -58,21 +58,25 @@ class TuningInput:
     fingerprint: str
 
 
-def simulated(seeds: Sequence[int], stations: int = 8) -> TuningInput:
+def simulated(seeds: Sequence[int], stations: int = 12) -> TuningInput:
     """One part per seed: a random floor, seen from `stations` places by a depth camera, and some by a lidar."""
     if not seeds or stations < 1:
         raise InvalidInputError("at least one seed and one station are needed")
     return TuningInput(tuple(_floor(seed, stations) for seed in seeds), f"simulated {list(seeds)} {stations}")
 
 
-def recorded(files: Sequence[PosedFile], read: Callable[[PosedFile], PosedScan]) -> TuningInput:
-    """Stretches of a recorded sequence, up to six, of at least two scans each if there are so many."""
+def recorded(files: Sequence[PosedFile], read: Callable[[PosedFile], PosedScan], reading: str = "") -> TuningInput:
+    """Stretches of a recorded sequence, up to six, of at least two scans each if there are so many.
+
+    reading: names how `read` reads; results of files read otherwise are not taken up.
+    """
     if not files:
         raise InvalidInputError("there is no scan to tune on")
     count = min(MOST_PARTS, max(1, len(files) // _LEAST_SCANS_PER_PART))
     stretches = [list(stretch) for stretch in np.array_split(np.arange(len(files)), count)]
     return TuningInput(
-        tuple(_stretch([files[i] for i in chosen], int(chosen[0]), read) for chosen in stretches), _fingerprint(files)
+        tuple(_stretch([files[i] for i in chosen], int(chosen[0]), read) for chosen in stretches),
+        f"{_fingerprint(files)} {reading}",
     )
 
 

@@ -20,7 +20,10 @@ _RAYS_PER_SCAN = 6000
 
 
 class SceneTruth:
-    """GroundTruth of a scene, where noise-free rays in the scans' directions go. accuracy_m: how finely it is sampled."""
+    """GroundTruth of a scene, where noise-free rays in the scans' directions go.
+
+    accuracy_m: how finely it is sampled.
+    """
 
     def __init__(self, scene: Scene, scans: Sequence[PosedScan], accuracy_m: float, seed: int = 0) -> None:
         self._scene, self._accuracy_m = scene, accuracy_m

@@ -22,9 +22,11 @@ _OT_NODE = np.dtype([("log_odds", "<f4"), ("children", "u1")])
 
 @dataclass(frozen=True, slots=True)
 class StorageFigures:
-    """bytes_per_map: of the map halfway through the scans. changed_states: of the voxels of the map after all scans, the
-    share whose state is another if the map was stored and read back halfway; log_odds_error: largest difference of
-    their log-odds."""
+    """bytes_per_map: of the map halfway through the scans.
+
+    changed_states: share of the volume of the map after all scans whose state is another if the map was stored and read
+    back halfway. log_odds_error: largest difference of log-odds.
+    """
 
     bytes_per_map: float
     changed_states: float

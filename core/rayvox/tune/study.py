@@ -23,6 +23,7 @@ from rayvox.tune.scan_input import Part
 from rayvox.tune.scene_truth import SceneTruth
 
 MOST_REFERENCE_BYTES = 2 << 30
+_PASSES = 3  # over the scans, each into a new map; a scan's time is its median
 _REFERENCE_SHARE = 0.25  # of the budget
 # Time and memory grow so with one over the resolution, at most.
 _TIME_EXPONENT, _MEMORY_EXPONENT = 2.5, 3.0
@@ -48,8 +49,10 @@ class Study:
         self._cost_s: dict[float, float] = {}  # of one map and its accuracy, by resolution
 
     def measure_maps(self, settings: MapSettings, until: float = 1.0, accuracy: bool = True) -> list[MapFigures]:
-        """Of every part; fewer where that share of the budget is spent. accuracy: not for settings whose leaves are those
-        of others that were measured."""
+        """Of every part; fewer where that share of the budget is spent.
+
+        accuracy: not for settings whose leaves are those of others that were measured.
+        """
         found = []
         for part in self.parts:
             figures = self._once(
@@ -75,12 +78,16 @@ class Study:
             octree = build_map(part.scans, settings).occupancy_map.snapshot()
             return asdict(self.probe(part).figures(octree, "free", model))
 
-        found = [self.once(f"detail {p.name}: {error_m!r} {settings!r}", lambda p=p: figures(p)) for p in self.parts]  # type: ignore[misc]
+        expected_s = self._expected_s(settings.resolution_m)
+        found = [
+            self._once(f"detail {p.name}: {error_m!r} {settings!r}", lambda p=p: figures(p), expected_s)  # type: ignore[misc]
+            for p in self.parts
+        ]
         return [RobotFigures(**one) for one in found if one is not None]
 
     def once(self, key: str, work: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:
         """The figures of this key: known ones, or those of `work`; None once the budget is spent."""
-        return self._once(key, work, 0.0, 1.0, None)
+        return self._once(key, work)
 
     def end(self) -> None:
         """Nothing more is measured."""
@@ -128,15 +135,15 @@ class Study:
         return float(f"{coarse_m / max(finer, default=1.0):.3g}")
 
     def _map_figures(self, part: Part, settings: MapSettings, accuracy: bool) -> MapFigures:
-        run = build_map(part.scans, settings)
-        octree = run.occupancy_map.snapshot()
+        runs = [build_map(part.scans, settings) for _ in range(_PASSES)]
+        octree = runs[-1].occupancy_map.snapshot()
         truth = self.truth(part)
         robot: dict[str, RobotFigures] = {}
         if accuracy and self.robot is not None:
             robot = {policy: self.probe(part).figures(octree, policy) for policy in UNKNOWN_POLICIES}
         return MapFigures(
-            scan_s=float(np.median(run.scan_s)),
-            scan_bytes=float(np.median(run.scan_bytes)),
+            scan_s=float(np.median(np.median([run.scan_s for run in runs], axis=0))),
+            scan_bytes=float(np.median(runs[0].scan_bytes)),
             memory_bytes=float(octree.nbytes),
             point_query_s=point_query_s(octree, truth),
             accuracy=map_accuracy(octree, truth) if accuracy else None,
@@ -147,9 +154,9 @@ class Study:
         self,
         key: str,
         work: Callable[[], dict[str, Any]],
-        expected_s: float,
-        until: float,
-        resolution_m: float | None,
+        expected_s: float = 0.0,
+        until: float = 1.0,
+        resolution_m: float | None = None,
     ) -> dict[str, Any] | None:
         known = self._results.get(key)
         if known is not None:
@@ -172,4 +179,3 @@ class Study:
             return 0.0
         measured_m, cost_s = known[0]
         return float(cost_s * max(1.0, measured_m / resolution_m) ** _TIME_EXPONENT)
-

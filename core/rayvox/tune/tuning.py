@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from rayvox._native import thread_count
 from rayvox.robot import Robot
 from rayvox.tune.budget import Budget, Progress
 from rayvox.tune.candidate import (
@@ -21,7 +23,7 @@ from rayvox.tune.candidate import (
 )
 from rayvox.tune.figures import CandidateSummary, mean_robot_figures, summarise
 from rayvox.tune.mesh_hierarchies import HIERARCHIES, HierarchyFigures, HierarchyProbe
-from rayvox.tune.pareto import dominators, two_digits
+from rayvox.tune.pareto import coarse, dominators
 from rayvox.tune.recommendation import Recommendation, Target, recommend
 from rayvox.tune.results_file import ResultsFile
 from rayvox.tune.robot_queries import RobotFigures
@@ -32,7 +34,7 @@ from rayvox.tune.study import Study
 
 DEFAULT_BUDGET_S = 300.0
 # Shares of the budget at which each stage of maps ends, so that the next one gets some.
-_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL = 0.55, 0.7, 0.85
+_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL = 0.5, 0.65, 0.8
 _DETAILS_M = (0.0, 0.001, 0.003, 0.01, 0.03)
 
 
@@ -84,7 +86,7 @@ def tune(
     try:
         maps = _measure_resolutions(study, target, resolutions_m)
         base = _coarsest_that_keeps(maps, target)
-        maps |= _measure_factors(study, maps, base)
+        maps = _measure_factors(study, maps, base)
         summaries = [summary for summary in maps.values() if summary.accuracy is not None]
         chosen = recommend(summaries, (), target).settings
         same_leaves = _measure_same_leaves(study, chosen)
@@ -118,13 +120,24 @@ def _measure_resolutions(study: Study, target: Target, resolutions_m: Sequence[f
 
 
 def _measure_factors(study: Study, maps: _Maps, base: MapSettings) -> _Maps:
-    """One factor at a time about the base, then all combinations there and one resolution either way."""
+    """One factor at a time about the base, then what gained by itself in all combinations, there and one resolution
+    either way."""
     cuts = range_cuts(study.parts)
     found = _summaries(study, one_factor_at_a_time(base, cuts), _FACTORS_UNTIL)
+    useful = [settings for settings, summary in found.items() if _gains(summary, maps[base])]
     ladder = list(maps)
     middle = ladder.index(base)
     neighbours = [base, *ladder[middle + 1 : middle + 2], *ladder[max(0, middle - 1) : middle]]
-    return found | _summaries(study, interacting_factors(neighbours, cuts), _PRODUCTS_UNTIL)
+    return maps | found | _summaries(study, interacting_factors(neighbours, useful), _PRODUCTS_UNTIL)
+
+
+def _gains(summary: CandidateSummary, base: CandidateSummary) -> bool:
+    """Whether it is faster than the base, or nearer to the truth."""
+    if summary.accuracy is None or base.accuracy is None:
+        return False
+    return (
+        coarse(summary.scan_s) < coarse(base.scan_s) or summary.accuracy.error_p95_m < 0.95 * base.accuracy.error_p95_m
+    )
 
 
 def _summaries(study: Study, candidates: Sequence[MapSettings], until: float) -> _Maps:
@@ -193,21 +206,21 @@ def _measure_details(study: Study, chosen: MapSettings) -> dict[float, RobotFigu
 
 
 def _costs(summary: CandidateSummary) -> list[float]:
-    """What is to be small: error, free space lost, time a scan, memory; and a robot's query, and its wrong verdicts."""
+    """What is to be small: error, free space lost, time a scan, and time a query of the robot."""
     accuracy = summary.accuracy
     assert accuracy is not None
-    robot = summary.robot.get("occupied")
-    queries = [] if robot is None else [two_digits(robot.query_s), round(robot.false_free, 3), round(robot.lost_free, 3)]
-    plain = [accuracy.error_p95_m, round(1 - accuracy.free_recall, 3), summary.scan_s, summary.memory_bytes]
-    return [two_digits(plain[0]), plain[1], two_digits(plain[2]), two_digits(plain[3]), *queries]
+    queries = [float(coarse(summary.robot["occupied"].query_s))] if summary.robot else []
+    return [float(f"{accuracy.error_p95_m:.2g}"), round(1 - accuracy.free_recall, 2), coarse(summary.scan_s), *queries]
 
 
 def _describe_truth(study: Study) -> str:
     if study.parts[0].make_scene is not None:
         return "the simulated scene's true geometry"
-    return f"a reference map of the same scans at {100 * study.reference_resolution_m():.3g} cm, every ray inserted exactly"
+    return f"a reference map of the same scans at {100 * study.reference_resolution_m():.3g} cm, every ray inserted"
 
 
 def _fingerprint(scans: TuningInput, target: Target, robot: Robot | None) -> str:
-    model = "no robot" if robot is None else f"{robot.name} {robot.triangle_count}"
-    return f"{scans.fingerprint} {target.max_error_m} {model}"
+    digest = hashlib.sha256()
+    for link in () if robot is None else robot.links:
+        digest.update(link.name.encode() + link.mesh.vertices.tobytes() + link.mesh.triangles.tobytes())
+    return f"{scans.fingerprint} {target.max_error_m} {digest.hexdigest()[:16]} {thread_count()}"

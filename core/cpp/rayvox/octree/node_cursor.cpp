@@ -58,4 +58,12 @@ float NodeCursor::log_odds() const {
   return brick_->cells(octant)[first_cell_ % cells_per_octant];
 }
 
+bool NodeCursor::any_unknown() const {
+  if (!brick_) return slot_->inner()->summary.any_unknown;
+  if (level_ == brick_level) return brick_->any_unknown();
+  const std::uint64_t known = brick_->known[first_cell_ / cells_per_octant];
+  if (level_ == 2) return ~known != 0;
+  return (~known >> (first_cell_ % cells_per_octant) & 0xff) != 0;
+}
+
 }  // namespace rayvox

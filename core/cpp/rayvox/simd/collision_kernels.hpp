@@ -68,6 +68,9 @@ struct CollisionKernels {
   unsigned (*boxes_meeting_cube)(const PlacedBoxes&, const LocalCube&);
   void (*place_triangles)(const TriangleBlock&, const float* rotation, TriangleBlock&);
   unsigned (*triangles_meeting_cube)(const TriangleBlock&, const LocalCube&);
+  // And its distance from them (map_collision/cube_gaps.inc.hpp).
+  unsigned (*boxes_near_cube)(const PlacedBoxes&, const LocalCube&, float squared_limit, float* squared);
+  unsigned (*triangles_near_cube)(const TriangleBlock&, const LocalCube&, float squared_limit, float* squared);
 };
 
 /// The kernels of the instruction set that kernels() chose.

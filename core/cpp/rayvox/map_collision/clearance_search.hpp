@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "rayvox/map_collision/clearance.hpp"
+#include "rayvox/map_collision/placed_body.hpp"
+#include "rayvox/octree/node_cursor.hpp"
+
+namespace rayvox {
+
+/// The search for the voxel nearest to a robot that collides with none: best first over pairs of an octree node and
+/// some boxes of a link's hierarchy, by a lower bound of their distance, until no pair can be nearer than the nearest
+/// triangle and voxel found (branch and bound; Hjaltason, Samet: Incremental distance join algorithms for spatial
+/// databases, SIGMOD 1998). One thread's.
+class ClearanceSearch {
+ public:
+  ClearanceSearch(const MapSnapshot& map, const ClearanceOptions& options) : map_(map), options_(options) {}
+
+  /// `link` of the answer is the index of the body.
+  PoseClearance nearest_voxel(std::span<PlacedBody> bodies);
+
+ private:
+  static constexpr std::int32_t whole_robot = -1;
+  struct Box {
+    Vec3d low, high;
+  };
+  // Boxes of a body, some lanes of a block, or of all of the robot, and a node.
+  struct Pair {
+    float squared;  // no triangle of the boxes is nearer to a voxel of the node
+    std::int32_t body;
+    std::uint32_t block, lanes;
+    NodeCursor node;
+    Cell first;
+  };
+
+  void start(std::span<PlacedBody> bodies);
+  bool pop(Pair& pair);
+  void push(const Pair& pair);
+  void expand_robot(const Pair& pair);
+  void expand(const Pair& pair);
+  void open_node(const Pair& pair, std::uint32_t lanes);
+  void open_boxes(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes);
+  void push_near(const Pair& pair, const PlacedCube& cube);
+  void measure_leaves(const Pair& pair, const PlacedCube& cube, std::uint32_t lanes);
+  void measure_borders();
+  bool counts(const NodeCursor& node) const;
+  float squared_gap(const Box& box, const Cell& first, int level) const;
+  float squared_limit(std::int32_t body) const;
+
+  const MapSnapshot& map_;
+  const ClearanceOptions& options_;
+  std::span<PlacedBody> bodies_;
+  std::vector<Box> bounds_;  // of the bodies, map frame
+  Box robot_;
+  std::vector<Pair> queue_;  // a heap, nearest first
+  Separation nearest_;
+  PoseClearance found_;
+};
+
+}  // namespace rayvox

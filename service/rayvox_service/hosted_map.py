@@ -67,7 +67,7 @@ class HostedMap:
             self.published,
             self._journal,
             self._ledger,
-            WriterLimits(settings.frame_limits, settings.max_points, settings.queue_bytes),
+            WriterLimits(settings.frame_limits, settings.max_points, settings.queue_bytes, config.insertion),
             lambda sequence: self._restore(sequence)[0].occupancy_map,
             self._after_record,
             settings.engine,
@@ -116,7 +116,7 @@ class HostedMap:
                 restored = _Restored(occupancy_map, stored.ledger, stored.last_sequence, 0)
             recovery = JournalRecovery(self._directory, restored.snapshot_sequence, through_sequence)
             for sequence, frame in recovery:
-                operation = parse_operation(frame, restored.occupancy_map)
+                operation = parse_operation(frame, restored.occupancy_map, self.config.insertion)
                 operation.apply(restored.occupancy_map, self._engine)
                 if isinstance(operation, ScanOperation):
                     received = operation.received

@@ -11,6 +11,7 @@ from rayvox import Engine, InvalidInputError, OccupancyMap, PreparedScan
 
 from rayvox_service import scan
 from rayvox_service.frame import Frame, encode_frame
+from rayvox_service.map_config import InsertionConfig
 
 CLEAR_BOX = "clear_box"
 Corner = tuple[float, float, float]
@@ -66,7 +67,9 @@ class ClearOperation:
 Operation = ScanOperation | ClearOperation
 
 
-def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int | None = None) -> Operation:
+def parse_operation(
+    frame: Frame, occupancy_map: OccupancyMap, insertion: InsertionConfig, max_points: int | None = None
+) -> Operation:
     """Check a record against the map it is for, without touching the map.
 
     Raises FrameError, Problem or rayvox.InvalidInputError.
@@ -79,7 +82,8 @@ def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int |
     received, dropped = ScanIdentity(frame.crc32c, frame.nbytes), {}
     if frame.kind == scan.FILTERED_KIND:
         received, dropped = ScanIdentity(**frame.fields["received"]), frame.fields["dropped"]
-    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map), received, dropped)
+    arguments = scan.scan_arguments(frame, max_points).reduced(insertion)
+    return ScanOperation(scan_id, arguments.prepare(occupancy_map), received, dropped)
 
 
 def clear_frame(lo: Corner, hi: Corner) -> bytes:

@@ -26,7 +26,6 @@ struct StopPath {
   std::uint32_t last[3] = {0, 0, 0};
   int lowest;               // half the level of the lowest node
   std::uint64_t taken = 0;  // its children that stop rays, or may
-  std::uint32_t child = 0;  // the one around the cell
 
   explicit StopPath(const StopTree& t) : tree(t), lowest(t.root_level / 2) { node[lowest] = &t.root; }
 
@@ -41,8 +40,7 @@ struct StopPath {
     while (lowest < tree.root_level / 2 && differing >> (2 * lowest)) ++lowest;
     for (; lowest > 1; --lowest) {
       const StopNode& here = *node[lowest];
-      child = child_at(at, 2 * lowest - 2);
-      const std::uint64_t bit = std::uint64_t{1} << child;
+      const std::uint64_t bit = std::uint64_t{1} << child_at(at, 2 * lowest - 2);
       taken = here.full | here.mixed;
       if (!(here.mixed & bit)) return here.full & bit;
       const std::uint32_t index =
@@ -53,9 +51,8 @@ struct StopPath {
         cells = tree.cells[index];
       }
     }
-    child = child_at(at, 0);
     taken = cells;
-    return cells >> child & 1;
+    return cells >> child_at(at, 0) & 1;
   }
 };
 

@@ -44,7 +44,7 @@ def draw_times(columns: list[dict[str, Any]], folder: Path) -> Path:
         bottom = np.zeros(len(columns))
         for stage, colour in (
             ("ray_shooting_ms", golds[index - 1]),
-            ("build_bvh_ms", "orange"),
+            ("build_bvh_ms", "tab:green"),
             ("hand_over_ms", "purple"),
         ):
             height = np.array([s[stage] for s in stages])

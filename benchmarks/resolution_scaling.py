@@ -1,11 +1,12 @@
 """Insertion time against resolution, per engine: does steady state cost what changes, or the volume crossed?
 
-    python -m benchmarks.resolution_scaling [--mapping N] [--write NAME]
+    python -m benchmarks.resolution_scaling [--mapping N] [--threads N] [--write NAME]
 
-A depth camera wanders about the building at 10, 5, 2.5 and 1.25 cm, all cores. First: scans into empty maps. Mapped:
-new scans of an area that N scans before them have mapped. Repeated: six scans inserted over and over, as no robot does,
-but as the insertion benchmark's steady state is: at 1.25 cm, which such a camera's rays do not fill, unknown cells stay
-between them, and every scan has to find out that it misses them.
+A depth camera wanders about the building at 10, 5, 2.5 and 1.25 cm. First: scans into empty maps. Mapped: new scans of
+an area that N scans before them have mapped. Repeated: six scans inserted over and over, as no robot does, but as the
+insertion benchmark's steady state is: at 1.25 cm, which such a camera's rays do not fill, unknown cells stay between
+them, and every scan has to find out that it misses them. Saturated: new scans of benchmarks.saturated_space's
+room, where only the walls still change.
 The exponent is the slope of log time over log (1 / resolution); crossing cells one by one costs 1.
 """
 
@@ -13,7 +14,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
@@ -21,39 +23,60 @@ import rayvox
 from rayvox.occupancy_map import ENGINES, Engine
 
 from benchmarks.report import print_table, provenance, write_results
-from benchmarks.workloads import RayScan, Workload, depth_views, wandering_views
+from benchmarks.saturated_space import saturated_room
+from benchmarks.workloads import RayScan, depth_views, wandering_views
 
 RESOLUTIONS_M = (0.1, 0.05, 0.025, 0.0125)
+TIMED_IN_ROOM = 7
 
 
-def time_engine(
-    scans: Sequence[RayScan], repeated: Workload, resolution_m: float, engine: Engine, mapping: int
-) -> dict[str, float]:
-    """Median milliseconds per kind, and voxels changed per scan of the mapped area."""
+Times = dict[str, dict[Engine, float]]  # by kind and engine
 
-    def insert(occupancy_map: rayvox.OccupancyMap, scan: RayScan, how: Engine = engine) -> tuple[float, int]:
+
+@dataclass(frozen=True)
+class Timer:
+    """Inserts and measures, milliseconds and voxels changed."""
+
+    resolution_m: float
+    max_range_m: float
+
+    def insert(self, occupancy_map: rayvox.OccupancyMap, scan: RayScan, engine: Engine) -> tuple[float, int]:
+        origin = tuple(scan.origin.tolist())
         start = time.perf_counter()
-        result = occupancy_map.insert_scan(
-            scan.ends, origin=tuple(scan.origin.tolist()), max_range_m=repeated.max_range_m, engine=how
-        )
-        return 1e3 * (time.perf_counter() - start), result.statistics.voxels_changed
+        done = occupancy_map.insert_scan(scan.ends, origin=origin, max_range_m=self.max_range_m, engine=engine)
+        return 1e3 * (time.perf_counter() - start), done.statistics.voxels_changed
 
-    first = [insert(rayvox.OccupancyMap(resolution_m), scan)[0] for scan in scans[mapping:]]
-    mapped = rayvox.OccupancyMap(resolution_m)
-    for scan in scans[:mapping]:
-        insert(mapped, scan, "auto")
-    wandered = [insert(mapped, scan) for scan in scans[mapping:]]
-    steady = rayvox.OccupancyMap(resolution_m)
-    for _ in range(7):
-        for scan in repeated.scans:
-            insert(steady, scan, "auto")
-    again = [insert(steady, scan)[0] for _ in range(3) for scan in repeated.scans]
-    return {
-        "first ms": median(first),
-        "mapped ms": median(ms for ms, _ in wandered),
-        "mapped, voxels changed": float(median(changed for _, changed in wandered)),
-        "repeated ms": median(again),
-    }
+    def mapped_by(self, scans: Iterable[RayScan]) -> bytes:
+        """A map after these scans, for each engine to go on from."""
+        occupancy_map = rayvox.OccupancyMap(self.resolution_m)
+        for scan in scans:
+            self.insert(occupancy_map, scan, "auto")
+        return occupancy_map.to_bytes()
+
+    def going_on(self, state: bytes, scans: Sequence[RayScan], engine: Engine, warm_up: int = 2) -> tuple[float, float]:
+        """Medians over the scans after the first ones, which bring the engine's own structures up to date."""
+        occupancy_map = rayvox.OccupancyMap.from_bytes(state, self.resolution_m)
+        done = [self.insert(occupancy_map, scan, engine) for scan in scans][warm_up:]
+        return median(ms for ms, _ in done), float(median(changed for _, changed in done))
+
+
+def measure(wandering: Sequence[RayScan], resolution_m: float, mapping: int) -> Times:
+    """Every kind and engine at one resolution."""
+    repeated = depth_views(resolution_m)
+    timer = Timer(resolution_m, repeated.max_range_m)
+    states = {"mapped": timer.mapped_by(wandering[:mapping]), "repeated": timer.mapped_by(repeated.scans * 7)}
+    timed = {"mapped": wandering[mapping:], "repeated": repeated.scans * 3}
+    until_saturated, timed["saturated"] = saturated_room(resolution_m, TIMED_IN_ROOM)
+    states["saturated"] = timer.mapped_by(until_saturated)
+    times: Times = {}
+    for engine in ENGINES:
+        empty = [timer.insert(rayvox.OccupancyMap(resolution_m), scan, engine)[0] for scan in wandering[mapping:]]
+        times.setdefault("first, ms", {})[engine] = median(empty)
+        for kind, state in states.items():
+            ms, changed = timer.going_on(state, timed[kind], engine)
+            times.setdefault(f"{kind}, ms", {})[engine] = ms
+            times.setdefault(f"{kind}, voxels changed", {})[engine] = changed
+    return times
 
 
 def exponent(resolutions_m: Sequence[float], values: Sequence[float]) -> float:
@@ -66,19 +89,22 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Insertion time against resolution, per engine.")
     parser.add_argument("--mapping", type=int, default=240, help="scans that map the area")
+    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--write", metavar="NAME", help="write benchmarks/results/NAME.json")
     arguments = parser.parse_args()
-    header, results, rows = provenance(), [], []
+    rayvox.set_thread_count(arguments.threads)
+    header, results = provenance(), []
     scans = wandering_views(arguments.mapping + 24)
-    for engine in ENGINES:
-        times = [time_engine(scans, depth_views(r), r, engine, arguments.mapping) for r in RESOLUTIONS_M]
-        for kind in times[0]:
-            values = [t[kind] for t in times]
-            p = exponent(RESOLUTIONS_M, values)
-            rows.append([engine, kind, *values, p])
-            results.append({"engine": engine, "kind": kind, "values": values, "exponent": p})
+    measured = [measure(scans, resolution_m, arguments.mapping) for resolution_m in RESOLUTIONS_M]
+    for kind in measured[0]:
+        for engine in ENGINES if kind.endswith("ms") else ENGINES[:1]:
+            values = [times[kind][engine] for times in measured]
+            what = engine if kind.endswith("ms") else "every engine"
+            p = exponent(RESOLUTIONS_M, [max(value, 1.0) for value in values])
+            results.append({"kind": kind, "engine": what, "values": values, "exponent": p})
     print(header)
-    print_table(["engine", "", *(f"{100 * r:g} cm" for r in RESOLUTIONS_M), "exponent"], rows)
+    names = ["kind", "engine", *(f"{100 * r:g} cm" for r in RESOLUTIONS_M), "exponent"]
+    print_table(names, [[r["kind"], r["engine"], *r["values"], r["exponent"]] for r in results])
     if arguments.write:
         print("written:", write_results(arguments.write, header, results))
 

@@ -18,6 +18,7 @@ import rayvox
 from numpy.typing import NDArray
 
 from benchmarks.report import print_table, provenance, write_results
+from benchmarks.workloads import RayScan
 
 ROOM_M = np.array([6.0, 5.0, 2.8])
 NOISE_M = 0.004
@@ -38,6 +39,15 @@ def scans_until_saturated(resolution_m: float, rays: int) -> int:
     """Enough that a voxel at the walls is passed twenty times: five misses saturate it."""
     wall_m2 = 2 * (ROOM_M[0] * ROOM_M[1] + ROOM_M[0] * ROOM_M[2] + ROOM_M[1] * ROOM_M[2])
     return max(8, int(np.ceil(20 * wall_m2 / resolution_m**2 / rays)))
+
+
+def saturated_room(resolution_m: float, timed: int, rays: int = 150_000) -> tuple[list[RayScan], list[RayScan]]:
+    """Scans until only the walls change, and `timed` more."""
+    rng = np.random.default_rng(6)
+    mapping = scans_until_saturated(resolution_m, rays)
+    drawn = [scan_of_room(rng, rays) for _ in range(mapping + timed)]
+    scans = [RayScan(ends.astype(np.float32), np.array(origin, np.float32)) for ends, origin in drawn]
+    return scans[:mapping], scans[mapping:]
 
 
 def measure(resolution_m: float, rays: int) -> list[dict[str, Any]]:

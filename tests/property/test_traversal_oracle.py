@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from rayvox.occupancy_map import Engine
 
+from tests.support.bulk_traversal import prepare_rays, scan_cells
 from tests.support.leaf_comparison import assert_same_leaves
 from tests.support.occupancy_oracle import OracleMap
 from tests.support.rational_traversal import Cell, ray_cells
@@ -126,62 +127,59 @@ def assert_scan_is_exact(
     resolution_m: float,
     *,
     depth: int = 16,
-    engine: Engine = "dda",
     max_range_m: float | None = None,
     no_return: NDArray[np.float64] | None = None,
 ) -> None:
-    """`no_return`: reach from the origin, as the map takes it."""
+    """Of every engine. `no_return`: reach from the origin, as the map takes it."""
     silent_ends = None if no_return is None else origin + no_return
-    ours, oracle = rayvox.OccupancyMap(resolution_m, depth=depth), OracleMap(resolution_m, tree_depth=depth)
+    oracle = OracleMap(resolution_m, tree_depth=depth)
+    free, occupied = scan_cells(prepare_rays(origin, points, resolution_m, max_range_m, silent_ends))
     for _ in range(2):
-        ours.insert_scan(
-            points, origin=tuple(origin.tolist()), max_range_m=max_range_m, no_return=no_return, engine=engine
-        )
-        oracle.insert_scan(points, origin, max_range_m, silent_ends)
-    assert_same_leaves(leaves_of(ours), oracle.leaves())
+        oracle.insert_cells(free, occupied)
+    expected = oracle.leaves()
+    for engine in EXACT_ENGINES:
+        ours = rayvox.OccupancyMap(resolution_m, depth=depth)
+        for _ in range(2):
+            ours.insert_scan(
+                points, origin=tuple(origin.tolist()), max_range_m=max_range_m, no_return=no_return, engine=engine
+            )
+        assert_same_leaves(leaves_of(ours), expected)
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("seed", range(6))
-def test_a_scan_of_lattice_rays_is_exact(seed: int, engine: Engine) -> None:
+def test_a_scan_of_lattice_rays_is_exact(seed: int) -> None:
     resolution_m = [1.0, 0.25, 0.05][seed % 3]
     origins, points = lattice_rays(np.random.default_rng(seed), 2000, resolution_m, 40)
-    assert_scan_is_exact(origins[0], points, resolution_m, engine=engine)
+    assert_scan_is_exact(origins[0], points, resolution_m)
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("resolution_m", [0.001, 0.05, 0.3, 10.0])
-def test_a_scan_of_random_rays_is_exact(resolution_m: float, engine: Engine) -> None:
+def test_a_scan_of_random_rays_is_exact(resolution_m: float) -> None:
     rng = np.random.default_rng(23)
     origins, points = random_rays(rng, 3000, 60 * resolution_m)
     silent = random_rays(rng, 500, 60 * resolution_m)[0]
-    assert_scan_is_exact(
-        origins[0], points, resolution_m, engine=engine, max_range_m=70 * resolution_m, no_return=silent
-    )
+    assert_scan_is_exact(origins[0], points, resolution_m, max_range_m=70 * resolution_m, no_return=silent)
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
-def test_a_scan_a_million_metres_from_the_origin_is_exact(engine: Engine) -> None:
+def test_a_scan_a_million_metres_from_the_origin_is_exact() -> None:
     rng = np.random.default_rng(29)
     for centre_m, resolution_m in ((1.0e6, 1.0), (5.2e4, 0.05), (-1.0e6, 1.0)):
         origins, points = random_rays(rng, 1500, 40 * resolution_m, centre_m)
-        assert_scan_is_exact(origins[0], points, resolution_m, depth=21, engine=engine)
+        assert_scan_is_exact(origins[0], points, resolution_m, depth=21)
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("depth", [17, 19, 21])
-def test_rays_of_many_thousand_voxels_are_exact(depth: int, engine: Engine) -> None:
+def test_rays_of_many_thousand_voxels_are_exact(depth: int) -> None:
     rng = np.random.default_rng(depth)
     directions = rng.normal(size=(6, 3))
     points = directions / np.linalg.norm(directions, axis=1, keepdims=True) * 0.9 * 2 ** (min(depth, 18) - 1) * 0.01
-    assert_scan_is_exact(np.array([0.003, -0.001, 0.0]), points, 0.01, depth=depth, engine=engine)
+    assert_scan_is_exact(np.array([0.003, -0.001, 0.0]), points, 0.01, depth=depth)
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
-def test_rays_of_a_hundred_thousand_voxels_are_exact(engine: Engine) -> None:
+def test_rays_of_a_hundred_thousand_voxels_are_exact() -> None:
     along_faces_and_edges = [[50_000.0, 50_000.0, 0.0], [50_000.0, -49_999.0, 0.0], [-100_000.0, 0.0, 0.0]]
     aslant = [[61_234.5, 23_456.25, 15_309.75], [-33_333.3, 33_333.3, -33_333.3], [99_000.0, 0.5, -0.25]]
-    assert_scan_is_exact(np.zeros(3), np.array(along_faces_and_edges + aslant), 1.0, depth=18, engine=engine)
+    assert_scan_is_exact(np.zeros(3), np.array(along_faces_and_edges + aslant), 1.0, depth=18)
 
 
 ORIGINS = {
@@ -194,12 +192,9 @@ ORIGINS = {
 }
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
 @pytest.mark.parametrize("resolution_m", [1.0, 0.001, 10.0])
 @pytest.mark.parametrize("start", ORIGINS.values(), ids=ORIGINS.keys())
-def test_thousands_of_awkward_rays_from_one_origin_are_exact(
-    start: Vector, resolution_m: float, engine: Engine
-) -> None:
+def test_thousands_of_awkward_rays_from_one_origin_are_exact(start: Vector, resolution_m: float) -> None:
     """Lattice ends, so rays along faces and edges and through corners; some a hair beside them, some random."""
     rng = np.random.default_rng(41)
     ends = rng.integers(-40, 41, (6000, 3)) / 2.0
@@ -207,7 +202,7 @@ def test_thousands_of_awkward_rays_from_one_origin_are_exact(
     ends[2000:3000] += rng.choice([-1e-13, 0.0, 1e-13], (1000, 3))
     ends[3000:4000] = rng.uniform(-20, 20, (1000, 3))
     ends[0] = start
-    assert_scan_is_exact(np.array(start) * resolution_m, ends * resolution_m, resolution_m, engine=engine)
+    assert_scan_is_exact(np.array(start) * resolution_m, ends * resolution_m, resolution_m)
 
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)
@@ -231,12 +226,11 @@ def test_the_engines_asked_for_are_those_that_run() -> None:
         assert engine in (ran, "auto")
 
 
-@pytest.mark.parametrize("engine", EXACT_ENGINES)
-def test_a_dense_scan_whose_free_space_prunes_is_exact(engine: Engine) -> None:
+def test_a_dense_scan_whose_free_space_prunes_is_exact() -> None:
     rng = np.random.default_rng(31)
     origin = np.array([0.05, -0.02, 0.01])
     points = room_scan(rng, 20_000, 1.6, origin).astype(np.float64)
-    assert_scan_is_exact(origin, points, 0.1, engine=engine)
+    assert_scan_is_exact(origin, points, 0.1)
 
 
 def test_a_posed_scan_is_exact_for_points_moved_in_float64() -> None:

@@ -19,7 +19,7 @@ class ScanReceipt:
         status: `journaled`, or `applied` when the map shows it.
         revision: the map's revision with the scan in it; None while only journaled.
         duplicate: the service had this scan already, nothing was added.
-        statistics: the kernel's counts and times; None while only journaled.
+        statistics: the engine that ran, the kernel's counts and times; None while only journaled.
     """
 
     scan_id: str

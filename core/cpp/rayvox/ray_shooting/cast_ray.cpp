@@ -13,8 +13,8 @@
 namespace rayvox {
 namespace {
 
-// Masks of a building's map take some ten milliseconds to make, and save a ray a microsecond (benchmarks/RESULTS.md).
-constexpr std::size_t fewest_rays_for_masks = 16384;
+// Masks of a building's map take three milliseconds to make, and save a ray a microsecond (benchmarks/RESULTS.md).
+constexpr std::size_t fewest_rays_for_masks = 4096;
 
 // The part of the ray inside the octree; `leaves` if there is more.
 struct ClippedRay {

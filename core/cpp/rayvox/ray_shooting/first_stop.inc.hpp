@@ -1,4 +1,4 @@
-// Where is a ray stopped first? (Amanatides and Woo 1987, in strides over a StopTree's empty blocks.) Included once per
+// Where is a ray stopped first? (Amanatides and Woo 1987, from child to child of a StopTree's nodes.) Included once per
 // instruction set, inside its namespace.
 //
 // Every crossing is computed from the border itself, with four roundings of 2^-53. Where two crossings come closer than
@@ -13,18 +13,24 @@ inline std::uint32_t child_at(const std::uint32_t (&at)[3], int shift) {
   return spread[at[0] >> shift & 3] | spread[at[1] >> shift & 3] << 1 | spread[at[2] >> shift & 3] << 2;
 }
 
-// Descends the tree for one cell after another, from where two cells' paths part.
-struct StopSearch {
+inline std::int32_t floor_of(double u) {
+  const auto truncated = static_cast<std::int32_t>(u);
+  return truncated - (u < truncated);
+}
+
+// The tree's nodes around one cell after another: descended anew from where two cells' paths part.
+struct StopPath {
   const StopTree& tree;
-  const StopNode* path[StopTree::max_levels / 2 + 1];  // by half the level
-  std::uint64_t cells = 0;                             // of level 2
+  const StopNode* node[StopTree::max_levels / 2 + 1];  // by half the level
+  std::uint64_t cells = 0;                             // the node of level 2
   std::uint32_t last[3] = {0, 0, 0};
-  int lowest;  // half the level of the lowest node on the path
+  int lowest;               // half the level of the lowest node
+  std::uint64_t taken = 0;  // its children that stop rays, or may
 
-  explicit StopSearch(const StopTree& t) : tree(t), lowest(t.root_level / 2) { path[lowest] = &t.root; }
+  explicit StopPath(const StopTree& t) : tree(t), lowest(t.root_level / 2) { node[lowest] = &t.root; }
 
-  // The level of the block around the cell that nothing stops in, -1 if the cell itself stops rays.
-  int free_level(const std::int32_t (&cell)[3]) {
+  // Down to the lowest node kept around the cell; true if its child there stops rays throughout.
+  bool stops_in(const std::int32_t (&cell)[3]) {
     std::uint32_t at[3], differing = 0;
     for (int axis = 0; axis < 3; ++axis) {
       at[axis] = static_cast<std::uint32_t>(cell[axis] + tree.half_extent);
@@ -33,36 +39,25 @@ struct StopSearch {
     }
     while (lowest < tree.root_level / 2 && differing >> (2 * lowest)) ++lowest;
     for (; lowest > 1; --lowest) {
-      const StopNode& node = *path[lowest];
-      const std::uint32_t child = child_at(at, 2 * lowest - 2);
-      const std::uint64_t bit = std::uint64_t{1} << child;
-      if (node.full & bit) return -1;
-      if (!(node.mixed & bit)) return empty_level(node.full | node.mixed, child, 2 * lowest - 2);
+      const StopNode& here = *node[lowest];
+      const std::uint64_t bit = std::uint64_t{1} << child_at(at, 2 * lowest - 2);
+      taken = here.full | here.mixed;
+      if (!(here.mixed & bit)) return here.full & bit;
       const std::uint32_t index =
-          node.first_child + static_cast<std::uint32_t>(__builtin_popcountll(node.mixed & (bit - 1)));
+          here.first_child + static_cast<std::uint32_t>(__builtin_popcountll(here.mixed & (bit - 1)));
       if (lowest > 2) {
-        path[lowest - 1] = tree.nodes + index;
+        node[lowest - 1] = tree.nodes + index;
       } else {
         cells = tree.cells[index];
       }
     }
-    const std::uint32_t child = child_at(at, 0);
-    return cells >> child & 1 ? -1 : empty_level(cells, child, 0);
-  }
-
-  // Eight children in a row are one of the octree's.
-  static int empty_level(std::uint64_t taken, std::uint32_t child, int level) {
-    return (taken >> (child & 56) & 0xff) == 0 ? level + 1 : level;
+    taken = cells;
+    return cells >> child_at(at, 0) & 1;
   }
 };
 
-inline std::int32_t floor_of(double u) {
-  const auto truncated = static_cast<std::int32_t>(u);
-  return truncated - (u < truncated);
-}
-
 inline void find_first_stop(const StopTree& tree, StopQuery& query) {
-  double direction[3], inverse[3];
+  double direction[3], inverse[3], first = 0;
   std::int32_t cell[3], end[3], upwards[3];
   for (int axis = 0; axis < 3; ++axis) {
     direction[axis] = query.end[axis] - query.origin[axis];
@@ -71,30 +66,38 @@ inline void find_first_stop(const StopTree& tree, StopQuery& query) {
     cell[axis] = floor_of(query.origin[axis]);
     end[axis] = floor_of(query.end[axis]);
   }
-  StopSearch search(tree);
-  int crossed = -1;
-  double crossed_border = 0;
+  StopPath path(tree);
   query.answer = StopQuery::undecided;
-  for (;;) {
-    const int level = search.free_level(cell);
-    if (level < 0) break;
-    if (((cell[0] ^ end[0]) >> level | (cell[1] ^ end[1]) >> level | (cell[2] ^ end[2]) >> level) == 0) {
-      query.answer = StopQuery::passes;
-      return;
-    }
-    // An axis that crosses no border before the end meets its next one at the end at the earliest.
+  while (!path.stops_in(cell)) {
+    // From child to child of this node, until one is taken or the node is left.
+    const int level = 2 * path.lowest - 2;
+    std::int32_t block[3], border[3];
     double t[3];
-    std::int32_t border[3];
     for (int axis = 0; axis < 3; ++axis) {
-      border[axis] = ((cell[axis] >> level) + upwards[axis]) * (std::int32_t{1} << level);
+      block[axis] = cell[axis] >> level;
+      border[axis] = (block[axis] + upwards[axis]) * (std::int32_t{1} << level);
       t[axis] = (border[axis] - query.origin[axis]) * inverse[axis];
     }
-    const double least_xy = t[1] < t[0] ? t[1] : t[0], most_xy = t[1] < t[0] ? t[0] : t[1];
-    const double first = t[2] < least_xy ? t[2] : least_xy;
-    const double second = t[2] < least_xy ? least_xy : t[2] < most_xy ? t[2] : most_xy;
-    if (!(second - first > crossing_margin * first)) return;
-    crossed = t[2] < least_xy ? 2 : t[1] < t[0] ? 1 : 0;
-    crossed_border = border[crossed];
+    int crossed;
+    for (;;) {
+      if (((block[0] ^ end[0] >> level) | (block[1] ^ end[1] >> level) | (block[2] ^ end[2] >> level)) == 0) {
+        query.answer = StopQuery::passes;
+        return;
+      }
+      // An axis that crosses no border before the end meets its next one at the end at the earliest.
+      crossed = t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
+      first = t[crossed];
+      const double limit = first + crossing_margin * first;
+      if ((t[0] <= limit) + (t[1] <= limit) + (t[2] <= limit) != 1) return;
+      const std::int32_t before = block[crossed];
+      block[crossed] = before - 1 + 2 * upwards[crossed];
+      if ((before ^ block[crossed]) >> 2) break;
+      const std::uint32_t inside[3] = {static_cast<std::uint32_t>(block[0]), static_cast<std::uint32_t>(block[1]),
+                                       static_cast<std::uint32_t>(block[2])};
+      if (path.taken >> child_at(inside, 0) & 1) break;
+      border[crossed] += (2 * upwards[crossed] - 1) * (std::int32_t{1} << level);
+      t[crossed] = (border[crossed] - query.origin[crossed]) * inverse[crossed];
+    }
     bool doubtful = false;
     for (int axis = 0; axis < 3; ++axis) {
       const double place = query.origin[axis] + direction[axis] * first;
@@ -106,7 +109,7 @@ inline void find_first_stop(const StopTree& tree, StopQuery& query) {
     if (doubtful) return;
   }
   query.answer = StopQuery::stopped;
-  query.t = crossed < 0 ? 0 : (crossed_border - query.origin[crossed]) / direction[crossed];
+  query.t = first;
   for (int axis = 0; axis < 3; ++axis) query.cell[axis] = cell[axis];
 }
 

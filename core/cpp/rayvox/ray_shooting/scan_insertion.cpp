@@ -1,6 +1,7 @@
 #include "rayvox/ray_shooting/scan_insertion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <span>
 
@@ -16,8 +17,10 @@ namespace {
 
 constexpr std::size_t rays_per_chunk = 1024;
 constexpr std::size_t segments_per_share = 4096;
-// Measured crossing point of the two engines' costs: with fewer rays, bins of direction are too coarse to save steps.
-constexpr std::size_t fewest_rays_for_beams = 8192;
+
+// Measured on an AVX-512 machine (benchmarks/RESULTS.md): what the beam engine saves a voxel step, and what sorting
+// rays and descending the octree cost a scan, however small.
+constexpr double ns_saved_per_step = 0.7, ns_of_beams = 4e5;
 
 void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
@@ -107,6 +110,17 @@ std::size_t count_of_large(const std::vector<TileWork>& tiles, const std::vector
   return large;
 }
 
+// Steps of the rays are worth the beams. (The Embree engine is left to who asks for it: where space is saturated it
+// beats the DDA, and the beam engine comes as close or closer on every workload.)
+Engine cheapest_engine(const ScanRays& rays) {
+  double steps = 0;
+  for (std::size_t i = 0; i < rays.count(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) steps += std::abs(rays.end[axis][i] - rays.origin[axis]);
+    if (steps * ns_saved_per_step > ns_of_beams) return Engine::beam;
+  }
+  return Engine::dda;
+}
+
 // The DDA and Embree engines: rays are cut, at tile borders or to the nodes that a miss would change, and each tile is
 // walked by all its parts of rays into a grid of marks.
 ScanStatistics insert_by_walking(MapSnapshot& map, const ScanRays& rays, EmbreeRegions* regions,
@@ -179,7 +193,7 @@ ScanStatistics insert_rays(MapSnapshot& map, const ScanRays& rays, Engine engine
   const int workers = thread_count();  // one value throughout, whoever changes it meanwhile
   Stopwatch total;
   const WorkspaceLease workspace(workers);
-  if (engine == Engine::automatic) engine = rays.count() < fewest_rays_for_beams ? Engine::dda : Engine::beam;
+  if (engine == Engine::automatic) engine = cheapest_engine(rays);
   std::optional<ScanStatistics> statistics;
   if (engine == Engine::beam) statistics = insert_by_beams(map, rays, *workspace, workers);
   if (engine == Engine::embree && !regions) regions = std::make_unique<EmbreeRegions>();

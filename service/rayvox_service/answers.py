@@ -31,7 +31,7 @@ def answer_frame(service: Service, hosted: HostedMap, frame: Frame, cancellation
 def answer_collisions(
     service: Service, hosted: HostedMap, frame: Frame, cancellation: CancellationToken
 ) -> Steps[bytes]:
-    query = check_fields(frame.fields, CollisionQuery)
+    query = check_fields(frame.fields, CollisionQuery).with_default(service.settings.collision_unknown)
     poses = poses_of_frame(frame, service.settings.max_poses)
     robot = query.variant_of(service.robots.get(query.robot))
     check = yield from check_collisions(query, poses, robot, hosted.snapshot(), cancellation)
@@ -41,7 +41,7 @@ def answer_collisions(
 def answer_json_collisions(
     service: Service, hosted: HostedMap, body: Bytes, cancellation: CancellationToken
 ) -> Steps[bytes]:
-    query = parse_json(body, JsonCollisionQuery)
+    query = parse_json(body, JsonCollisionQuery).with_default(service.settings.collision_unknown)
     poses = query.poses()
     poses.require_at_most(service.settings.max_poses)
     robot = query.variant_of(service.robots.get(query.robot))
@@ -50,7 +50,7 @@ def answer_json_collisions(
 
 
 def answer_motions(service: Service, hosted: HostedMap, frame: Frame, cancellation: CancellationToken) -> Steps[bytes]:
-    query = check_fields(frame.fields, MotionQuery)
+    query = check_fields(frame.fields, MotionQuery).with_default(service.settings.collision_unknown)
     motions = motions_of_frame(frame, service.settings.max_poses)
     robot, snapshot = query.variant_of(service.robots.get(query.robot)), hosted.snapshot()
     check = yield from check_motions(query, motions, robot, snapshot, cancellation)
@@ -60,7 +60,7 @@ def answer_motions(service: Service, hosted: HostedMap, frame: Frame, cancellati
 def answer_json_motions(
     service: Service, hosted: HostedMap, body: Bytes, cancellation: CancellationToken
 ) -> Steps[bytes]:
-    query = parse_json(body, JsonMotionQuery)
+    query = parse_json(body, JsonMotionQuery).with_default(service.settings.collision_unknown)
     motions = query.motions()
     motions.require_at_most(service.settings.max_poses)
     robot, snapshot = query.variant_of(service.robots.get(query.robot)), hosted.snapshot()

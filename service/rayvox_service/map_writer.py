@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
 
-from rayvox import OccupancyMap, spare_threads
+from rayvox import Engine, OccupancyMap, spare_threads
 
 from rayvox_service import map_operation, scan
 from rayvox_service.byte_budget import ByteBudget
@@ -64,9 +64,11 @@ class MapWriter:
         limits: WriterLimits,
         reload: Callable[[int], OccupancyMap],
         on_applied: Callable[[int, int], None],
+        engine: Engine,
     ) -> None:
         self._published, self._journal, self._ledger = published, journal, ledger
         self._reload, self._on_applied = reload, on_applied
+        self._engine: Engine = engine
         self._submission_check = SubmissionCheck(published, ledger, limits)
         self._lock = threading.Lock()
         self._budget = ByteBudget(limits.queue_bytes)
@@ -281,7 +283,7 @@ class MapWriter:
             return
         # Who asks finds a processor free: an answer that takes a millisecond must not wait for thirty.
         spare_threads(int(self._published.is_being_read))
-        outcome = entry.operation.apply(self._published.begin())
+        outcome = entry.operation.apply(self._published.begin(), self._engine)
         entry.group.settled.wait()
         if entry.group.failed:
             # The map holds something that is not on disk, so a restart would show another map: go back to the disk's.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from rayvox_service import scan, self_filter
 from rayvox_service.frame import UNLIMITED, Frame, FrameLimits, decode_frame
+from rayvox_service.map_config import InsertionConfig
 from rayvox_service.map_operation import parse_operation
 from rayvox_service.problems import Problem
 from rayvox_service.published_map import PublishedMap
@@ -17,11 +18,12 @@ from rayvox_service.submission import CommitGroup, Entry, Submission
 
 @dataclass(frozen=True, slots=True)
 class WriterLimits:
-    """`queue_bytes` bounds frames and prepared scans that are not yet applied."""
+    """`queue_bytes` bounds frames and prepared scans that are not yet applied; `insertion` is the map's."""
 
     frame: FrameLimits
     max_points: int
     queue_bytes: int
+    insertion: InsertionConfig
 
 
 class SubmissionCheck:
@@ -46,7 +48,8 @@ class SubmissionCheck:
         if self_filter.FIELD in frame.fields:
             submission.data = self_filter.without_own_body(frame, submission.find_robot, self._limits.max_points)
             frame = decode_frame(submission.data, UNLIMITED)
-        operation = parse_operation(frame, self._published.unchanging(), self._limits.max_points)
+        limits = self._limits
+        operation = parse_operation(frame, self._published.unchanging(), limits.insertion, limits.max_points)
         return Entry(submission, operation, group, received.crc32c, received.nbytes)
 
     def _known(self, submission: Submission, frame: Frame, earlier: Sequence[Entry]) -> Entry | ScanEntry | None:

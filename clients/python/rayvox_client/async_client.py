@@ -98,8 +98,8 @@ class AsyncClient:
     async def create_map(
         self,
         name: str,
-        resolution_m: float,
-        depth: int = 16,
+        resolution_m: float | None = None,
+        depth: int | None = None,
         sensor_model: SensorModel | None = None,
         exist_ok: bool = False,
     ) -> MapInfo:
@@ -111,7 +111,11 @@ class AsyncClient:
             if not (exist_ok or error.after_lost_answer):
                 raise
             existing = await self.map_info(name)
-            wanted = (float(resolution_m), depth, sensor_model or SensorModel())
+            wanted = (
+                existing.resolution_m if resolution_m is None else float(resolution_m),
+                existing.depth if depth is None else depth,
+                sensor_model or SensorModel(),
+            )
             if (existing.resolution_m, existing.depth, existing.sensor_model) != wanted:
                 raise MapExistsError(error.status, error.slug, f"{existing!r} exists, with other settings") from error
             return existing

@@ -76,8 +76,8 @@ class Client:
     def create_map(
         self,
         name: str,
-        resolution_m: float,
-        depth: int = 16,
+        resolution_m: float | None = None,
+        depth: int | None = None,
         sensor_model: SensorModel | None = None,
         exist_ok: bool = False,
     ) -> MapInfo:
@@ -85,8 +85,8 @@ class Client:
 
         Args:
             name: 1 to 64 letters, digits, `_`, `-` or `.`, starting with a letter or digit.
-            resolution_m: edge of a finest-level cell, metres.
-            depth: levels, up to 21.
+            resolution_m: edge of a finest-level cell, metres; None for the service's own default.
+            depth: levels, up to 21; None for the service's own default.
             sensor_model: OctoMap's by default.
             exist_ok: take an existing map with the same settings.
 

@@ -36,11 +36,16 @@ class Requests:
         """A plain GET below /v1."""
         return HttpRequest("GET", self._endpoint.target(path))
 
-    def create_map(self, name: str, resolution_m: float, depth: int, sensor_model: SensorModel | None) -> HttpRequest:
-        validation.positive_number(resolution_m, "resolution_m")
-        if not 1 <= depth <= 21:
-            raise InvalidInputError(f"depth = {depth!r} does not lie in 1 to 21")
-        body: dict[str, object] = {"name": name, "resolution_m": float(resolution_m), "depth": int(depth)}
+    def create_map(
+        self, name: str, resolution_m: float | None, depth: int | None, sensor_model: SensorModel | None
+    ) -> HttpRequest:
+        body: dict[str, object] = {"name": name}
+        if resolution_m is not None:
+            body["resolution_m"] = validation.positive_number(resolution_m, "resolution_m")
+        if depth is not None:
+            if not 1 <= depth <= 21:
+                raise InvalidInputError(f"depth = {depth!r} does not lie in 1 to 21")
+            body["depth"] = int(depth)
         if sensor_model is not None:
             body["sensor_model"] = sensor_model.to_json()
         return self._json("POST", self._endpoint.target("maps"), body)

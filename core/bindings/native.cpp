@@ -61,6 +61,7 @@ NB_MODULE(_native, m) {
   bind_map_collision(m);
   m.def("thread_count", &thread_count);
   m.def("set_thread_count", &set_thread_count, nb::arg("count"));
+  m.def("spare_threads", &spare_threads, nb::arg("count"));
   m.def("instruction_set", [] { return kernels().instruction_set; });
 }
 

@@ -3,7 +3,7 @@
 The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvox_client`.
 """
 
-from rayvox._native import CancellationToken, instruction_set, set_thread_count, thread_count
+from rayvox._native import CancellationToken, instruction_set, set_thread_count, spare_threads, thread_count
 from rayvox.collide import CollisionContacts, TraversalStatistics, collide
 from rayvox.collision_checker import CollisionCheck, CollisionChecker, CollisionVerdict, VoxelContacts
 from rayvox.collision_mesh import CollisionMesh, MeshBvh
@@ -72,5 +72,6 @@ __all__ = [
     "instruction_set",
     "links_touch",
     "set_thread_count",
+    "spare_threads",
     "thread_count",
 ]

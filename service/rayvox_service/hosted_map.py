@@ -132,7 +132,7 @@ class HostedMap:
         if self._bytes_since_snapshot < self._snapshot_every_bytes or running:
             return
         self._bytes_since_snapshot = 0
-        arguments = (self.published.snapshot(), sequence)
+        arguments = (self.published.snapshot(keep_ready=False), sequence)
         self._snapshotting = threading.Thread(target=self._write_snapshot, args=arguments, daemon=True)
         self._snapshotting.start()
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
 
-from rayvox import Engine, OccupancyMap
+from rayvox import Engine, OccupancyMap, spare_threads
 
 from rayvox_service import map_operation, scan
 from rayvox_service.byte_budget import ByteBudget
@@ -281,6 +281,8 @@ class MapWriter:
     def _apply(self, entry: Entry) -> None:
         if entry.group.failed:
             return
+        # Who asks finds a processor free: an answer that takes a millisecond must not wait for thirty.
+        spare_threads(int(self._published.is_being_read))
         outcome = entry.operation.apply(self._published.begin(), self._engine)
         entry.group.settled.wait()
         if entry.group.failed:

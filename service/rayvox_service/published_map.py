@@ -29,6 +29,11 @@ class PublishedMap:
         self._failure: Exception | None = None
         self.revision: int = occupancy_map.revision
 
+    @property
+    def is_being_read(self) -> bool:
+        """Whether somebody asked lately."""
+        return self._revisions_since_read < READ_AHEAD
+
     def begin(self) -> OccupancyMap:
         with self._lock:
             self._changing = True
@@ -40,8 +45,7 @@ class PublishedMap:
             if replacement is not None:
                 self._map = replacement
             self._changing = False
-            being_read = bool(self._asked) or self._revisions_since_read < READ_AHEAD
-            self._latest = self._map.snapshot() if being_read else None
+            self._latest = self._map.snapshot() if self._asked or self.is_being_read else None
             self._revisions_since_read += 1
             self.revision = self._map.revision
             asked, self._asked, latest = self._asked, [], self._latest
@@ -53,9 +57,13 @@ class PublishedMap:
         """The map for what reads only its geometry, or memory in use: not for its content."""
         return self._map
 
-    def snapshot(self) -> MapSnapshot:
-        """The latest published state. May wait for a running change: not for the event loop's thread."""
-        self._revisions_since_read = 0
+    def snapshot(self, *, keep_ready: bool = True) -> MapSnapshot:
+        """The latest published state. May wait for a running change: not for the event loop's thread.
+
+        `keep_ready`: more questions are to be expected, so that the next revisions are made ready for readers.
+        """
+        if keep_ready:
+            self._revisions_since_read = 0
         latest = self._latest
         if latest is not None:
             return latest

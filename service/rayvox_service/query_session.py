@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from typing import Annotated
 
 from pydantic import BaseModel, Field
@@ -11,12 +12,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rayvox_service.answers import answer_frame
 from rayvox_service.checked_fields import check_fields
-from rayvox_service.frame import Bytes, Frame, decode_frame
+from rayvox_service.frame import Bytes, Frame, FrameLimits, decode_frame
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.service import Service
 from rayvox_service.steps import Steps
 
 CLOSE_REFUSED = 1008
+SMALL_BYTES = 1 << 16
 
 
 class _Freshness(BaseModel):
@@ -87,8 +89,10 @@ class QuerySession:
         if data is None:
             raise Problem("invalid-frame", "questions are sent as binary messages")
         hosted = self._service.store.get(self._map_name)
-        limits = self._service.settings.frame_limits
-        question, fresh = await self._service.query(lambda: _opened(decode_frame(data, limits)))
+        open_question = partial(_opened, data, self._service.settings.frame_limits)
+        # Going to another thread takes longer than decoding what is small.
+        small = len(data) <= SMALL_BYTES
+        question, fresh = open_question() if small else await self._service.query(open_question)
         await self._service.await_revision(hosted, fresh.min_revision, fresh.timeout_s)
 
         def steps(cancellation: CancellationToken) -> Steps[bytes]:
@@ -100,7 +104,8 @@ class QuerySession:
         await self._socket.send_json({"type": "error", "problem": problem.document(self._socket.url.path)})
 
 
-def _opened(frame: Frame) -> tuple[Frame, _Freshness]:
-    """The question, and how fresh its answer has to be. Raises Problem."""
+def _opened(data: Bytes, limits: FrameLimits) -> tuple[Frame, _Freshness]:
+    """The question, and how fresh its answer has to be. Raises FrameError, Problem."""
+    frame = decode_frame(data, limits)
     wanted = {name: frame.fields.pop(name) for name in _Freshness.model_fields if name in frame.fields}
     return frame, check_fields(wanted, _Freshness)

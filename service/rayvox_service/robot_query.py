@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field
 from rayvox import CollisionChecker, MapSnapshot, Robot
 
-from rayvox_service.robot_variant import AttachedObject, RobotVariant
+from rayvox_service.robot_variant import MOST_ATTACHED, AttachedObject, RobotVariant
 from rayvox_service.stored_robot import StoredRobot
 
 PaddingM = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -21,7 +21,7 @@ class RobotQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     robot: str
-    attached: tuple[AttachedObject, ...] = Field(default=(), max_length=64)
+    attached: tuple[AttachedObject, ...] = Field(default=(), max_length=MOST_ATTACHED)
     allow: tuple[LinkPair, ...] = Field(default=(), max_length=10_000, description="pairs of links that may touch")
     forbid: tuple[LinkPair, ...] = Field(default=(), max_length=10_000, description="pairs that may not after all")
     unknown: UnknownPolicy | None = Field(default=None, description="the service's setting where it is not said")

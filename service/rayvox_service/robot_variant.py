@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from rayvox import Robot, TriangleMesh
 from rayvox.robot.primitives import box_mesh, cylinder_mesh, sphere_mesh
 
+# Each is a mesh with a hierarchy, made while the query waits.
+MOST_ATTACHED = 16
 LengthM = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 

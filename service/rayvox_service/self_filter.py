@@ -19,7 +19,7 @@ from rayvox_service.checked_fields import check_fields
 from rayvox_service.frame import AnyArray, Frame, encode_frame
 from rayvox_service.problems import Problem
 from rayvox_service.robot_query import PaddingM
-from rayvox_service.robot_variant import AttachedObject, RobotVariant
+from rayvox_service.robot_variant import MOST_ATTACHED, AttachedObject, RobotVariant
 from rayvox_service.stored_robot import StoredRobot
 
 FIELD = "self_filter"
@@ -38,7 +38,7 @@ class SelfFilter(BaseModel):
     T_map_base: Matrix | None = None
     sensor_link: str | None = None
     T_link_sensor: Matrix | None = None
-    attached: tuple[AttachedObject, ...] = Field(default=(), max_length=64)
+    attached: tuple[AttachedObject, ...] = Field(default=(), max_length=MOST_ATTACHED)
     padding_m: PaddingM | dict[str, PaddingM] = 0.0
 
     @model_validator(mode="after")
@@ -97,7 +97,7 @@ def no_robots(name: str) -> StoredRobot:
 def _left_over(frame: Frame, name: str, kinds: npt.NDArray[np.uint8]) -> AnyArray:
     array = frame.array(name)
     if name != "depth":
-        return array[kinds == ScanPoint.KEPT]
+        return np.compress(kinds == ScanPoint.KEPT, array, axis=0)
     image = array.copy()
     rows, columns = np.nonzero(image)
     gone = kinds != ScanPoint.KEPT

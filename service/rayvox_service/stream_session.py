@@ -132,7 +132,7 @@ class StreamSession:
             target = sent + 1
 
     def _changes(self, since: int) -> tuple[bytes, int]:
-        return changes_frame(self._hosted.snapshot(), since)
+        return changes_frame(self._hosted.published.snapshot(keep_ready=False), since)
 
     async def _send_error(self, scan_id: str | None, problem: Problem) -> None:
         document: dict[str, Any] = problem.document(self._socket.url.path)

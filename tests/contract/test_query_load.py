@@ -13,7 +13,7 @@ import psutil
 import pytest
 import rayvox
 from numpy.typing import NDArray
-from rayvox_client import Client
+from rayvox_client import Client, CollisionCheck
 from rayvox_service.frame import MEDIA_TYPE, encode_frame
 
 from tests.support.robots import arm_archive
@@ -35,10 +35,10 @@ def busy_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServicePr
         yield running
 
 
-def hours_of_work() -> bytes:
+def long_work(motions: int = 200_000) -> bytes:
     """A question that keeps the kernel busy for very much longer than any of these tests takes."""
     rng = np.random.default_rng(0)
-    ends = {name: ARM.sample_configurations(200_000, rng) for name in ("q_from", "q_to")}
+    ends = {name: ARM.sample_configurations(motions, rng).astype(np.float32) for name in ("q_from", "q_to")}
     return encode_frame("motions", {"robot": "arm", "tolerance_m": 1e-4, "padding_m": 0.0}, ends)
 
 
@@ -74,8 +74,10 @@ def await_rest(service: ServiceProcess) -> None:
         before = now
 
 
-def test_a_client_that_hangs_up_ends_its_query(busy_service: ServiceProcess) -> None:
-    connection = post(busy_service, hours_of_work())
+# Large bodies are read past the server's parser, small ones are not.
+@pytest.mark.parametrize("motions", [1500, 200_000])
+def test_a_client_that_hangs_up_ends_its_query(busy_service: ServiceProcess, motions: int) -> None:
+    connection = post(busy_service, long_work(motions))
     await_work(busy_service)
     connection.close()
     await_rest(busy_service)
@@ -93,7 +95,7 @@ def test_a_client_that_closes_its_socket_ends_its_queries(busy_service: ServiceP
 
 
 def test_long_queries_hold_up_neither_scans_nor_short_ones(busy_service: ServiceProcess) -> None:
-    client, body = Client(busy_service.url), hours_of_work()
+    client, body = Client(busy_service.url), long_work()
     connections = [post(busy_service, body) for _ in range(3)]
     try:
         await_work(busy_service)
@@ -131,7 +133,7 @@ def test_each_answer_is_of_exactly_one_revision_while_scans_stream_in(tmp_path: 
 
         uploading = threading.Thread(target=upload)
         uploading.start()
-        answers = []
+        answers: list[CollisionCheck] = []
         with client.open_queries("lab") as queries:
             while uploading.is_alive() or answers[-1].revision < len(scans):
                 answers.append(queries.check("arm", q, T))

@@ -7,6 +7,7 @@ import itertools
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from rayvox_client import (
     RefusedInputError,
     RobotNotFoundError,
 )
-from rayvox_service.frame import UNLIMITED, decode_frame, encode_frame
+from rayvox_service.frame import UNLIMITED, Frame, decode_frame, encode_frame
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -61,6 +62,12 @@ def raw_connection(service: ServiceProcess, name: str) -> Iterator[ClientConnect
     with connect(f"{address}/v1/maps/{name}/queries", max_size=None, compression=None) as connection:
         assert json.loads(connection.recv())["type"] == "opened"
         yield connection
+
+
+def answer(socket: ClientConnection) -> Frame:
+    message = socket.recv()
+    assert isinstance(message, bytes)
+    return decode_frame(message, UNLIMITED)
 
 
 def keep_asking(socket: ClientConnection, frame: bytes) -> None:
@@ -128,7 +135,7 @@ def test_a_question_waits_for_its_revision_or_times_out(service: ServiceProcess,
         assert (error["type"], error["problem"]["status"]) == ("error", 504)
         socket.send(encode_frame("points", {"min_revision": 2}, {"points": np.zeros((1, 3))}))
         client.insert_scan(room, POINTS)
-        assert decode_frame(socket.recv(), UNLIMITED).fields["revision"] == 2
+        assert answer(socket).fields["revision"] == 2
 
 
 def test_points_boxes_and_rays_can_be_asked_too_and_nonsense_is_an_error(service: ServiceProcess, room: str) -> None:
@@ -139,12 +146,12 @@ def test_points_boxes_and_rays_can_be_asked_too_and_nonsense_is_an_error(service
         socket.send(encode_frame("scan", {}, {"points": POINTS}))
         socket.send("text")
         socket.send(encode_frame("boxes", {}, {"lo": POINTS - 0.1, "hi": POINTS + 0.1}))
-        states = decode_frame(socket.recv(), UNLIMITED)
+        states = answer(socket)
         assert (states.kind, len(states.array("states"))) == ("occupancy", 400)
-        assert decode_frame(socket.recv(), UNLIMITED).kind == "hits"
+        assert answer(socket).kind == "hits"
         slugs = [json.loads(socket.recv())["problem"]["type"].rpartition(":")[2] for _ in range(3)]
         assert slugs == ["invalid-frame", "invalid-input", "invalid-frame"]
-        assert decode_frame(socket.recv(), UNLIMITED).array("states").tolist() == [2] * 400
+        assert answer(socket).array("states").tolist() == [2] * 400
 
 
 def test_a_client_that_does_not_wait_for_answers_is_closed(service: ServiceProcess, robot: str, room: str) -> None:
@@ -180,3 +187,25 @@ def test_the_async_client_asks_alike(service: ServiceProcess, client: Client, ro
     verdicts, free_until = asyncio.run(ask())
     assert np.array_equal(verdicts, client.check(room, robot, q).verdicts)
     assert np.array_equal(free_until, client.check_motion(room, robot, q[0], q[1:9]).free_until)
+
+
+def test_a_broken_connection_is_opened_again_and_asked_again(tmp_path: Path) -> None:
+    q = configurations(100)
+    with ServiceProcess(tmp_path) as first:
+        client = Client(first.await_ready().url)
+        first.http.put("/v1/robots/arm", content=arm_archive(), headers={"content-type": "application/zip"})
+        client.create_map("lab", resolution_m=0.1)
+        client.insert_scan("lab", POINTS)
+        queries = client.open_queries("lab")
+        wanted = queries.check("arm", q).verdicts
+        pending = queries.send_check("arm", q)
+        first.kill()
+    with ServiceProcess(tmp_path, port=port_of(first)) as second:
+        second.await_ready()
+        assert np.array_equal(pending.result().verdicts, wanted)
+        assert np.array_equal(queries.check("arm", q).verdicts, wanted)
+        queries.close()
+
+
+def port_of(service: ServiceProcess) -> str:
+    return service.url.rpartition(":")[2]

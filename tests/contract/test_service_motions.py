@@ -96,9 +96,13 @@ def test_a_held_object_collides_and_is_named_in_contacts(
     client: Client, robot: str, room: str, snapshot: rayvox.MapSnapshot, shape: str
 ) -> None:
     sizes: dict[str, Any] = {"box": (0.3, 0.2, 0.6), "cylinder": (0.2, 0.7), "sphere": 0.4}
-    mesh = {"box": box_mesh, "cylinder": lambda s: cylinder_mesh(*s)[0], "sphere": lambda s: sphere_mesh(s)[0]}[shape](
-        sizes[shape]
-    )
+    match shape:
+        case "box":
+            mesh = box_mesh(sizes["box"])
+        case "cylinder":
+            mesh = cylinder_mesh(*sizes["cylinder"])[0]
+        case _:
+            mesh = sphere_mesh(sizes["sphere"])[0]
     q, T = ARM.sample_configurations(300, np.random.default_rng(2)), placed(-2.0)
     held = AttachedObject(
         "hand", placed(0.3), name="load", padding_m=0.01, touch_links=["left"], **{shape: sizes[shape]}

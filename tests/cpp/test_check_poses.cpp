@@ -377,3 +377,13 @@ FACT(poses_that_are_not_rigid_and_other_hierarchies_are_refused) {
   CHECK_THROWS(InvalidInput, LinkBody(std::make_shared<KdopBvh>(sphere(4, 4).mesh(),
                                                                 BvhOptions{.traversal = Traversal::one_vs_sixteen})));
 }
+
+FACT(a_cancelled_check_ends_with_its_error) {
+  const MapSnapshot map{MapGeometry(0.05, 5), SensorModel(), {}, 0, 0, 0};
+  const LinkBody body(std::make_shared<KdopBvh>(sphere(4, 4).mesh(), BvhOptions{}));
+  const MapCheckLink link{&body, 0};
+  CancellationToken cancellation;
+  CHECK_EQUAL(check_poses(map, {&link, 1}, identity(), {.cancellation = &cancellation}).verdict.size(), 1u);
+  cancellation.cancel();
+  CHECK_THROWS(Cancelled, check_poses(map, {&link, 1}, identity(), {.cancellation = &cancellation}));
+}

@@ -53,3 +53,24 @@ FACT(thread_counts_out_of_range_are_refused) {
   CHECK_THROWS(InvalidInput, set_thread_count(0));
   CHECK_THROWS(InvalidInput, set_thread_count(257));
 }
+
+FACT(a_thread_may_leave_some_to_others_which_is_its_own_affair) {
+  set_thread_count(4);
+  std::thread([] {
+    spare_threads(1);
+    CHECK_EQUAL(thread_count(), 3);
+    std::atomic<int> most_worker{0}, visits{0};
+    parallel_for(1000, [&](std::size_t, int worker) {
+      ++visits;
+      for (int seen = most_worker; worker > seen && !most_worker.compare_exchange_weak(seen, worker);) {
+      }
+    });
+    CHECK_EQUAL(visits.load(), 1000);
+    CHECK(most_worker.load() < 3);
+    spare_threads(9);
+    CHECK_EQUAL(thread_count(), 1);
+    spare_threads(-1);
+    CHECK_EQUAL(thread_count(), 4);
+  }).join();
+  CHECK_EQUAL(thread_count(), 4);
+}

@@ -65,6 +65,13 @@ FRAMES = {
         '{"name":"depth","dtype":"<u2","shape":[2,3],"offset":384,"nbytes":12,"encoding":"raw"}]}',
         ((384, struct.pack("<6H", 0, 1000, 2000, 65535, 1, 500)),),
     ),
+    "scan_self_filter": GoldenFrame(
+        '{"kind":"scan","scan_id":"' + SCAN_ID + '","T_map_sensor":' + POSE + ","
+        '"origin":[0.0,0.0,0.0],"max_range_m":null,"discretize":false,"stamp_s":null,"self_filter":{"robot":"arm",'
+        '"configuration":[0.5,-1.25],"T_link_sensor":' + POSE + ',"sensor_link":"hand","padding_m":0.25},"payloads":['
+        '{"name":"points","dtype":"<f4","shape":[1,3],"offset":576,"nbytes":12,"encoding":"raw"}]}',
+        ((576, struct.pack("<3f", 1.0, 2.0, 3.0)),),
+    ),
     "clear_box": GoldenFrame('{"kind":"clear_box","lo":[-1.0,-2.0,0.0],"hi":[1.0,2.5,3.0],"payloads":[]}', ()),
     "points": GoldenFrame(
         '{"kind":"points","depth":14,"payloads":['
@@ -128,6 +135,24 @@ FRAMES = {
             (1088, struct.pack("<2d", 0.1, 0.4)),
             (1152, struct.pack("<2f", 0.84375, NAN)),
         ),
+    ),
+    "motions": GoldenFrame(
+        '{"kind":"motions","robot":"arm","tolerance_m":0.125,"unknown":"free","attached":[{"name":"load","link":"hand",'
+        '"T_link_object":' + POSE + ',"padding_m":0.0,"touch_links":["left"],"box":[0.5,0.25,1.0]}],"payloads":['
+        '{"name":"q_from","dtype":"<f8","shape":[1,2],"offset":576,"nbytes":16,"encoding":"raw"},'
+        '{"name":"q_to","dtype":"<f8","shape":[2,2],"offset":640,"nbytes":32,"encoding":"raw"},'
+        '{"name":"T_map_base","dtype":"<f8","shape":[1,4,4],"offset":704,"nbytes":128,"encoding":"raw"}]}',
+        (
+            (576, struct.pack("<2d", 0.5, -1.25)),
+            (640, struct.pack("<4d", 1.0, 2.0, -3.0, 0.25)),
+            (704, struct.pack("<16d", 1, 0, 0, 0.5, 0, 1, 0, -1.25, 0, 0, 1, 2, 0, 0, 0, 1)),
+        ),
+    ),
+    "motion_verdicts": GoldenFrame(
+        '{"kind":"motion_verdicts","revision":12,"tolerance_m":0.125,"payloads":['
+        '{"name":"verdicts","dtype":"|u1","shape":[2],"offset":320,"nbytes":2,"encoding":"raw"},'
+        '{"name":"free_until","dtype":"<f8","shape":[2],"offset":384,"nbytes":16,"encoding":"raw"}]}',
+        ((320, bytes([0, 1])), (384, struct.pack("<2d", 1.0, 0.375))),
     ),
     "changes": GoldenFrame(
         '{"kind":"changes","since":3,"revision":5,"full":false,"resolution_m":0.05,"depth":16,"payloads":['

@@ -26,6 +26,7 @@ class BodyFilter:
 
     A point is on the body within the padding of a link's surface, or inside a closed part of it. A ray goes through
     the body where it comes within the padding of a link's surface, except of links that hold the sensor itself.
+    Making a filter takes much longer than asking it: one serves all scans of a robot.
     """
 
     def __init__(self, robot: Robot) -> None:

@@ -139,7 +139,8 @@ class Robot:
         robot = cls(parsed.name, parsed.links, parsed.joints)
         if not any(link.geometries for link in robot.links):
             raise RobotFormatError(f"{description}: no link has {geometry} geometry")
-        return robot.with_always_touching_allowed(_touches_within(budget, description), _SAMPLES_AT_LOAD)
+        touching = robot.with_always_touching_allowed(_touches_within(budget, description), _SAMPLES_AT_LOAD)
+        return cls(robot.name, robot.links, robot.joints, touching.allowed_collisions)
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {len(self.links)} links, {len(self.joint_names)} joints)"

@@ -15,12 +15,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 from rayvox_client import InvalidInputError, MalformedAnswerError, Scan
-from rayvox_client.collisions import CollisionCheck
+from rayvox_client.attached_object import AttachedObject
+from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression, decode_frame, encode_frame
 from rayvox_client.map_changes import MapChanges
 from rayvox_client.occupancy import Occupancy, RayHits
 from rayvox_client.requests import Requests
+from rayvox_client.robot_question import check_question, motion_question
+from rayvox_client.self_filter import SelfFilter
 
 from tests.golden.golden_frames import FOLDER, FRAMES, SCAN_ID, slow_crc32c
 
@@ -73,16 +76,46 @@ def test_queries_are_encoded_to_the_golden_bytes() -> None:
 
 
 def test_a_collision_query_is_encoded_to_the_golden_bytes() -> None:
-    fields = {
-        "unknown": "occupied",
-        "padding_m": 0.25,
-        "occupancy_threshold": 0.75,
-        "self_collision": True,
-        "contacts": "first",
-    }
-    query, count = REQUESTS.collisions("m", "arm", [0.5, -1.25], POSE, fields, None)
-    assert query.body.to_bytes() == golden("collisions")
-    assert count == 1
+    question = check_question(
+        "arm",
+        [0.5, -1.25],
+        POSE,
+        {
+            "unknown": "occupied",
+            "padding_m": 0.25,
+            "occupancy_threshold": 0.75,
+            "self_collision": True,
+            "contacts": "first",
+            "min_revision": None,
+        },
+    )
+    assert REQUESTS.question("m", question).body.to_bytes() == golden("collisions")
+    assert question.to_message() == golden("collisions")
+
+
+def test_a_motion_query_with_a_held_object_is_encoded_to_the_golden_bytes() -> None:
+    held = AttachedObject("hand", POSE, box=(0.5, 0.25, 1.0), name="load", touch_links=["left"])
+    ends = [1.0, 2.0], [-3.0, 0.25]
+    question = motion_question(
+        "arm", [0.5, -1.25], ends, POSE, {"tolerance_m": 0.125, "unknown": "free", "attached": [held]}
+    )
+    assert question.to_message() == golden("motions")
+    with pytest.raises(MalformedAnswerError):
+        question.read(decode_frame(golden("verdicts")))
+
+
+def test_a_scan_with_its_robot_is_encoded_to_the_golden_bytes() -> None:
+    own = SelfFilter("arm", [0.5, -1.25], sensor_link="hand", T_link_sensor=POSE, padding_m=0.25)
+    scan = Scan(np.array([[1, 2, 3]], np.float32), POSE, scan_id=SCAN_ID, self_filter=own)
+    assert scan.to_frame() == golden("scan_self_filter")
+
+
+def test_golden_motion_verdicts_are_read() -> None:
+    check = MotionCheck.from_frame(decode_frame(golden("motion_verdicts")), 2)
+    assert (check.revision, check.tolerance_m, check.verdicts.tolist()) == (12, 0.125, [0, 1])
+    assert (check.free_until.tolist(), check.free.tolist()) == ([1.0, 0.375], [True, False])
+    with pytest.raises(MalformedAnswerError):
+        MotionCheck.from_frame(decode_frame(golden("motion_verdicts")), 1)
 
 
 def test_golden_verdicts_are_read() -> None:

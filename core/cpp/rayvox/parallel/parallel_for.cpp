@@ -21,6 +21,8 @@ namespace {
 
 constexpr int most_threads = 256;
 
+thread_local int spared_threads = 0;
+
 struct Job {
   Job(std::size_t n, const std::function<void(std::size_t, int)>& f, int most)
       : count(n), body(f), most_workers(most) {}
@@ -119,7 +121,9 @@ std::atomic<int>& configured_threads() {
 
 }  // namespace
 
-int thread_count() { return configured_threads().load(); }
+int thread_count() { return std::max(1, configured_threads().load() - spared_threads); }
+
+void spare_threads(int count) { spared_threads = std::clamp(count, 0, most_threads); }
 
 void set_thread_count(int count) {
   if (count < 1 || count > most_threads) {

@@ -4,11 +4,15 @@
 
 namespace rayvox {
 
-/// Most threads a parallel_for uses: set_thread_count's value, else the environment variable RAYVOX_THREADS, else the
-/// number of processors.
+/// Most threads a parallel_for of the calling thread uses: set_thread_count's value, else the environment variable
+/// RAYVOX_THREADS, else the number of processors; less those it spares.
 int thread_count();
 /// Throws InvalidInput unless 1 <= count <= 256.
 void set_thread_count(int count);
+
+/// From now on the calling thread's parallel_for leaves so many of these threads to others, but works itself. For
+/// steady work beside short work that somebody waits for.
+void spare_threads(int count);
 
 /// Calls body(index, worker) for every index below `count`, in parallel, the calling thread taking part; returns when
 /// all are done. Indices are taken in ascending order; worker < workers is unique among the threads running at the same

@@ -58,7 +58,7 @@ class Study:
             figures = self._once(
                 f"map {'' if accuracy else 'times '}{part.name}: {settings!r}",
                 lambda part=part: self._map_figures(part, settings, accuracy).to_json(),  # type: ignore[misc]
-                self._expected_s(settings.resolution_m),
+                self.expected_s(settings.resolution_m),
                 until,
                 settings.resolution_m,
             )
@@ -78,16 +78,16 @@ class Study:
             octree = build_map(part.scans, settings).occupancy_map.snapshot()
             return asdict(self.probe(part).figures(octree, "free", model))
 
-        expected_s = self._expected_s(settings.resolution_m)
+        expected_s = self.expected_s(settings.resolution_m)
         found = [
             self._once(f"detail {p.name}: {error_m!r} {settings!r}", lambda p=p: figures(p), expected_s)  # type: ignore[misc]
             for p in self.parts
         ]
         return [RobotFigures(**one) for one in found if one is not None]
 
-    def once(self, key: str, work: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:
-        """The figures of this key: known ones, or those of `work`; None once the budget is spent."""
-        return self._once(key, work)
+    def once(self, key: str, work: Callable[[], dict[str, Any]], expected_s: float = 0.0) -> dict[str, Any] | None:
+        """The figures of this key: known ones, or those of `work`; None where too little of the budget is left."""
+        return self._once(key, work, expected_s)
 
     def end(self) -> None:
         """Nothing more is measured."""
@@ -172,8 +172,8 @@ class Study:
         self._progress.measured(key.partition(": ")[0])
         return figures
 
-    def _expected_s(self, resolution_m: float) -> float:
-        """From the last measurement at the nearest resolution."""
+    def expected_s(self, resolution_m: float) -> float:
+        """What a map and its accuracy take, from the last measurement at the nearest resolution."""
         known = sorted(self._cost_s.items(), key=lambda item: abs(np.log(item[0] / resolution_m)))
         if not known:
             return 0.0

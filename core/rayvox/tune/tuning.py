@@ -34,7 +34,7 @@ from rayvox.tune.study import Study
 
 DEFAULT_BUDGET_S = 300.0
 # Shares of the budget at which each stage of maps ends, so that the next one gets some.
-_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL = 0.5, 0.65, 0.8
+_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL, _TIMES_UNTIL = 0.45, 0.6, 0.75, 0.85
 _DETAILS_M = (0.0, 0.001, 0.003, 0.01, 0.03)
 
 
@@ -155,8 +155,8 @@ def _coarsest_that_keeps(maps: _Maps, target: Target) -> MapSettings:
 
 def _measure_same_leaves(study: Study, chosen: MapSettings) -> tuple[CandidateSummary, ...]:
     candidates = with_same_leaves(chosen, study.parts)
-    measured = [(settings, study.measure_maps(settings, accuracy=False)) for settings in candidates]
-    return tuple(summarise(settings, figures) for settings, figures in measured if figures)
+    measured = [(settings, study.measure_maps(settings, _TIMES_UNTIL, accuracy=False)) for settings in candidates]
+    return tuple(summarise(settings, figures) for settings, figures in measured if len(figures) == len(study.parts))
 
 
 def _measure_storage(study: Study, chosen: MapSettings) -> dict[str, StorageFigures]:
@@ -166,6 +166,7 @@ def _measure_storage(study: Study, chosen: MapSettings) -> dict[str, StorageFigu
         form.name: study.once(
             f"storage {form.name}: {part.name} {chosen!r}",
             lambda form=form: asdict(measure_storage(part, chosen, form)),  # type: ignore[misc]
+            study.expected_s(chosen.resolution_m),
         )
         for form in forms
     }

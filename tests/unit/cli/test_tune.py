@@ -11,7 +11,7 @@ from rayvox_service.cli.main import main
 from rayvox_service.cli.tune import duration_s
 from rayvox_service.settings import Settings
 
-from tests.unit.tune.small_input import small_part
+from tests.support.tuning_input import small_part
 
 
 @pytest.mark.parametrize(("text", "seconds"), [("90", 90), ("60s", 60), ("1.5min", 90), ("2m", 120), ("1h", 3600)])

@@ -17,7 +17,7 @@ from rayvox.tune.map_truth import MapTruth
 from rayvox.tune.robot_queries import robot_probe, with_detail
 from rayvox.tune.scene_truth import SceneTruth, surface_samples
 
-from tests.unit.tune.small_input import small_part
+from tests.support.tuning_input import small_part
 
 Points = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from rayvox import SensorModel
 from rayvox.tune.candidate import MapSettings
 from rayvox.tune.storage import STORAGE_FORMS, eight_bit_log_odds, measure_storage
 
-from tests.unit.tune.small_input import small_part
+from tests.support.tuning_input import small_part
 
 
 def test_float32_forms_lose_nothing_and_likelihoods_do() -> None:

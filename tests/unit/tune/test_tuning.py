@@ -19,7 +19,7 @@ from rayvox.tune.recommendation import recommend
 from rayvox.tune.report import report_tables, settings_toml, write_report
 from rayvox.tune.robot_queries import RobotFigures
 
-from tests.unit.tune.small_input import small_input, small_part
+from tests.support.tuning_input import small_input, small_part
 
 BOX = Robot("box", [Link("body", (LinkGeometry("mesh", box_mesh((0.5, 0.4, 0.6))),))], [])
 RESOLUTIONS_M = (0.4, 0.2)

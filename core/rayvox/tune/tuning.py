@@ -24,7 +24,7 @@ from rayvox.tune.candidate import (
 from rayvox.tune.figures import CandidateSummary, mean_robot_figures, summarise
 from rayvox.tune.mesh_hierarchies import HIERARCHIES, HierarchyFigures, HierarchyProbe
 from rayvox.tune.pareto import coarse, dominators
-from rayvox.tune.recommendation import Recommendation, Target, recommend
+from rayvox.tune.recommendation import NothingMeasuredError, Recommendation, Target, recommend
 from rayvox.tune.results_file import ResultsFile
 from rayvox.tune.robot_queries import RobotFigures
 from rayvox.tune.scan_encoding import ENCODINGS, EncodingFigures, measure_encoding
@@ -146,7 +146,9 @@ def _summaries(study: Study, candidates: Sequence[MapSettings], until: float) ->
 
 
 def _coarsest_that_keeps(maps: _Maps, target: Target) -> MapSettings:
-    """maps: coarse to fine. The finest where none keeps the target."""
+    """maps: coarse to fine. The finest where none keeps the target. Raises NothingMeasuredError."""
+    if not maps:
+        raise NothingMeasuredError("nothing was measured: give a larger budget")
     for settings, summary in maps.items():
         if summary.error_bound_m is not None and summary.error_bound_m <= target.max_error_m:
             return settings

@@ -1,6 +1,6 @@
 """The measurements and plots of docs/choosing_settings.md, by one command:
 
-    python -m benchmarks.choosing_settings [--budget 400] [--folder FOLDER]
+    python -m benchmarks.choosing_settings [--budget 300] [--folder FOLDER]
 
 `rayvox tune` on six simulated floors with a simulated robot; the plots go to docs/images, the tables between the marks
 in the page. FOLDER keeps what was measured: an interrupted run goes on.
@@ -54,7 +54,7 @@ def fill_page(page: str, report: TuningReport, header: dict[str, object]) -> str
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Measures, and writes docs/choosing_settings.md.")
-    parser.add_argument("--budget", type=float, default=400.0, help="seconds (default %(default)s)")
+    parser.add_argument("--budget", type=float, default=300.0, help="seconds (default %(default)s)")
     parser.add_argument("--folder", type=Path, default=Path("build/choosing_settings"), help="keeps what was measured")
     arguments = parser.parse_args()
     rayvox.set_thread_count(1)

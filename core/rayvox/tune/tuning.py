@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -167,24 +168,22 @@ def _measure_storage(study: Study, chosen: MapSettings) -> dict[str, StorageFigu
     measured = {
         form.name: study.once(
             f"storage {form.name}: {part.name} {chosen!r}",
-            lambda form=form: asdict(measure_storage(part, chosen, form)),  # type: ignore[misc]
-            study.expected_s(chosen.resolution_m),
+            partial(measure_storage, part, chosen, form),
+            StorageFigures,
+            chosen,
         )
         for form in forms
     }
-    return {name: StorageFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_encodings(study: Study) -> dict[str, EncodingFigures]:
     part = study.parts[0]
     measured = {
-        name: study.once(
-            f"encoding {name}: {part.name}",
-            lambda name=name: asdict(measure_encoding(part.scans, name)),  # type: ignore[misc]
-        )
+        name: study.once(f"encoding {name}: {part.name}", partial(measure_encoding, part.scans, name), EncodingFigures)
         for name in ENCODINGS
     }
-    return {name: EncodingFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_hierarchies(study: Study) -> dict[str, HierarchyFigures]:
@@ -192,13 +191,10 @@ def _measure_hierarchies(study: Study) -> dict[str, HierarchyFigures]:
         return {}
     probe = HierarchyProbe(study.robot)
     measured = {
-        str(hierarchy): study.once(
-            f"hierarchy {hierarchy}",
-            lambda hierarchy=hierarchy: asdict(probe.figures(hierarchy)),  # type: ignore[misc]
-        )
+        str(hierarchy): study.once(f"hierarchy {hierarchy}", partial(probe.figures, hierarchy), HierarchyFigures)
         for hierarchy in HIERARCHIES
     }
-    return {name: HierarchyFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_details(study: Study, chosen: MapSettings) -> dict[float, RobotFigures]:

@@ -71,7 +71,7 @@ class NewMap(MapConfig):
     def with_defaults(self, resolution_m: float, depth: int, insertion: InsertionConfig) -> MapConfig:
         """With these for what was not said."""
         said = {name: getattr(self, name) for name in self.model_fields_set}
-        return MapConfig(**{"resolution_m": resolution_m, "depth": depth, "insertion": insertion} | said)
+        return MapConfig.model_validate({"resolution_m": resolution_m, "depth": depth, "insertion": insertion} | said)
 
 
 class MapFile(BaseModel):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from statistics import fmean, median
 from typing import Any, get_args
 
@@ -33,11 +33,9 @@ class MapFigures:
     accuracy: MapAccuracy | None = None
     robot: Mapping[str, RobotFigures] = field(default_factory=dict)
 
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
-
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> MapFigures:
+        """From what dataclasses.asdict made of it."""
         accuracy = fields["accuracy"]
         robot = {policy: RobotFigures(**figures) for policy, figures in fields["robot"].items()}
         plain = {name: value for name, value in fields.items() if name not in ("accuracy", "robot")}

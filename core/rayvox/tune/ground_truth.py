@@ -62,4 +62,4 @@ def occupied_centres(octree: MapQueries) -> FloatArray:
 def thinned(points: FloatArray, edge_m: float, most: int, rng: np.random.Generator) -> FloatArray:
     """At most one point per cell of this edge, and at most so many: evenly spread, wherever rays were dense."""
     _, first = np.unique(np.floor(points / edge_m).astype(np.int64), axis=0, return_index=True)
-    return points[rng.permutation(np.sort(first))[:most]]
+    return np.asarray(points[rng.permutation(np.sort(first))[:most]])

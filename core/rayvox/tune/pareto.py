@@ -24,5 +24,4 @@ def coarse(value: float) -> float:
 
 
 def _better_than(costs: npt.NDArray[np.float64], row: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    better: npt.NDArray[np.bool_] = (costs <= row).all(axis=1) & (costs < row).any(axis=1)
-    return better
+    return np.asarray((costs <= row).all(axis=1) & (costs < row).any(axis=1))

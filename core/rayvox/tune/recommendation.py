@@ -22,8 +22,11 @@ class NothingMeasuredError(RayvoxError):
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """max_error_m: of 95 % of the map's surface. max_lost_free: share of the free space that may be lost beyond what the
-    best settings lose; and, beyond what the policy "free" loses, by that for unknown space."""
+    """max_error_m: of 95 % of the map's surface.
+
+    max_lost_free: share of the free space that may be lost beyond what the best settings lose; the same for the policy
+    for unknown space, beyond what "free" loses.
+    """
 
     max_error_m: float
     max_lost_free: float = 0.1
@@ -51,7 +54,8 @@ class Recommendation:
         costs = f"{1e3 * self.scan_s:.3g} ms per scan, {1e6 * self.query_s:.3g} us per {self.query}"
         error = f"{100 * self.error_bound_m:.2g} cm"
         if not self.reached:
-            return f"Nothing measured keeps the error below {target_cm}; closest is {self.settings}: at most {error}, {costs}."
+            closest = f"closest is {self.settings}: at most {error}, {costs}."
+            return f"Nothing measured keeps the error below {target_cm}; {closest}"
         policy = f" and unknown space taken for {self.unknown}" if self.query == "pose" else ""
         return f"For at most {target_cm} of error, use {self.settings}{policy}: at most {error}, {costs}."
 

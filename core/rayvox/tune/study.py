@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -22,7 +24,11 @@ from rayvox.tune.robot_queries import RobotFigures, RobotProbe, point_query_s, r
 from rayvox.tune.scan_input import Part
 from rayvox.tune.scene_truth import SceneTruth
 
-MOST_REFERENCE_BYTES = 2 << 30
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Figures = TypeVar("Figures", bound="DataclassInstance")
+MOST_MAP_BYTES = 2 << 30
 _PASSES = 3  # over the scans, each into a new map; a scan's time is its median
 _REFERENCE_SHARE = 0.25  # of the budget
 # Time and memory grow so with one over the resolution, at most.
@@ -46,21 +52,18 @@ class Study:
         self._max_error_m, self._results, self._progress = max_error_m, results, progress
         self._truths: dict[str, GroundTruth] = {}
         self._probes: dict[str, RobotProbe] = {}
-        self._cost_s: dict[float, float] = {}  # of one map and its accuracy, by resolution
+        self._costs: dict[float, tuple[float, float]] = {}  # by resolution: seconds and bytes of a map, all told
 
     def measure_maps(self, settings: MapSettings, until: float = 1.0, accuracy: bool = True) -> list[MapFigures]:
-        """Of every part; fewer where that share of the budget is spent.
+        """Of every part; fewer where that share of the budget is spent, or where maps would not fit into memory.
 
         accuracy: not for settings whose leaves are those of others that were measured.
         """
         found = []
         for part in self.parts:
-            figures = self._once(
-                f"map {'' if accuracy else 'times '}{part.name}: {settings!r}",
-                lambda part=part: self._map_figures(part, settings, accuracy).to_json(),  # type: ignore[misc]
-                self._expected_s(settings.resolution_m),
-                until,
-                settings.resolution_m,
+            key = f"map {'' if accuracy else 'times '}{part.name}: {settings!r}"
+            figures = self._known_or(
+                key, partial(self._map_figures, part, settings, accuracy), self.expected_s(settings.resolution_m), until
             )
             if figures is not None:
                 found.append(MapFigures.from_json(figures))
@@ -70,24 +73,24 @@ class Study:
 
     def measure_detail(self, settings: MapSettings, error_m: float) -> list[RobotFigures]:
         """A robot simplified to this error, in maps of these settings, unknown space free."""
-        robot = self.robot
-        assert robot is not None
-        model = with_detail(robot, error_m)
-
-        def figures(part: Part) -> dict[str, Any]:
-            octree = build_map(part.scans, settings).occupancy_map.snapshot()
-            return asdict(self.probe(part).figures(octree, "free", model))
-
-        expected_s = self._expected_s(settings.resolution_m)
+        assert self.robot is not None
+        work = partial(self._detail_figures, with_detail(self.robot, error_m), settings)
         found = [
-            self._once(f"detail {p.name}: {error_m!r} {settings!r}", lambda p=p: figures(p), expected_s)  # type: ignore[misc]
-            for p in self.parts
+            self.once(f"detail {part.name}: {error_m!r} {settings!r}", partial(work, part), RobotFigures, settings)
+            for part in self.parts
         ]
-        return [RobotFigures(**one) for one in found if one is not None]
+        return [figures for figures in found if figures is not None]
 
-    def once(self, key: str, work: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:
-        """The figures of this key: known ones, or those of `work`; None once the budget is spent."""
-        return self._once(key, work)
+    def once(
+        self, key: str, work: Callable[[], Figures], kind: type[Figures], settings: MapSettings | None = None
+    ) -> Figures | None:
+        """The figures of this key: known ones, or those of `work`; None where too little of the budget is left.
+
+        settings: of a map that is built for it.
+        """
+        expected_s = 0.0 if settings is None else self.expected_s(settings.resolution_m)
+        figures = self._known_or(key, work, expected_s)
+        return None if figures is None else kind(**figures)
 
     def end(self) -> None:
         """Nothing more is measured."""
@@ -130,18 +133,19 @@ class Study:
             2.0**halvings
             for halvings in np.arange(0, 3.01, 0.5)
             if cost_s * 2.0 ** (halvings * _TIME_EXPONENT) <= _REFERENCE_SHARE * self.budget.limit_s
-            and bytes_held * 2.0 ** (halvings * _MEMORY_EXPONENT) <= MOST_REFERENCE_BYTES
+            and bytes_held * 2.0 ** (halvings * _MEMORY_EXPONENT) <= MOST_MAP_BYTES
         ]
         return float(f"{coarse_m / max(finer, default=1.0):.3g}")
 
     def _map_figures(self, part: Part, settings: MapSettings, accuracy: bool) -> MapFigures:
+        started = time.monotonic()
         runs = [build_map(part.scans, settings) for _ in range(_PASSES)]
         octree = runs[-1].occupancy_map.snapshot()
         truth = self.truth(part)
         robot: dict[str, RobotFigures] = {}
         if accuracy and self.robot is not None:
             robot = {policy: self.probe(part).figures(octree, policy) for policy in UNKNOWN_POLICIES}
-        return MapFigures(
+        figures = MapFigures(
             scan_s=float(np.median(np.median([run.scan_s for run in runs], axis=0))),
             scan_bytes=float(np.median(runs[0].scan_bytes)),
             memory_bytes=float(octree.nbytes),
@@ -149,33 +153,36 @@ class Study:
             accuracy=map_accuracy(octree, truth) if accuracy else None,
             robot=robot,
         )
+        self._costs[settings.resolution_m] = (time.monotonic() - started, figures.memory_bytes)
+        return figures
 
-    def _once(
-        self,
-        key: str,
-        work: Callable[[], dict[str, Any]],
-        expected_s: float = 0.0,
-        until: float = 1.0,
-        resolution_m: float | None = None,
+    def _detail_figures(self, robot: Robot, settings: MapSettings, part: Part) -> RobotFigures:
+        octree = build_map(part.scans, settings).occupancy_map.snapshot()
+        return self.probe(part).figures(octree, "free", robot)
+
+    def _known_or(
+        self, key: str, work: Callable[[], DataclassInstance], expected_s: float = 0.0, until: float = 1.0
     ) -> dict[str, Any] | None:
+        """until: share of the budget that may be spent when it is done."""
         known = self._results.get(key)
         if known is not None:
             return known
         held_back_s = (1 - until) * self.budget.limit_s
         if not self.budget.affords(expected_s + held_back_s):
             return None
-        started = time.monotonic()
-        figures = work()
-        if resolution_m is not None:
-            self._cost_s[resolution_m] = time.monotonic() - started
+        figures = asdict(work())
         self._results.add(key, figures)
         self._progress.measured(key.partition(": ")[0])
         return figures
 
-    def _expected_s(self, resolution_m: float) -> float:
-        """From the last measurement at the nearest resolution."""
-        known = sorted(self._cost_s.items(), key=lambda item: abs(np.log(item[0] / resolution_m)))
-        if not known:
+    def expected_s(self, resolution_m: float) -> float:
+        """What a map and its accuracy take, from the last measurement at the nearest resolution.
+
+        Infinity for a map that would be too large.
+        """
+        if not self._costs:
             return 0.0
-        measured_m, cost_s = known[0]
-        return float(cost_s * max(1.0, measured_m / resolution_m) ** _TIME_EXPONENT)
+        nearest_m = min(self._costs, key=lambda measured_m: abs(math.log(measured_m / resolution_m)))
+        cost_s, nbytes = self._costs[nearest_m]
+        finer = max(1.0, nearest_m / resolution_m)
+        return cost_s * finer**_TIME_EXPONENT if nbytes * finer**_MEMORY_EXPONENT <= MOST_MAP_BYTES else math.inf

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from rayvox.tune.candidate import (
 from rayvox.tune.figures import CandidateSummary, mean_robot_figures, summarise
 from rayvox.tune.mesh_hierarchies import HIERARCHIES, HierarchyFigures, HierarchyProbe
 from rayvox.tune.pareto import coarse, dominators
-from rayvox.tune.recommendation import Recommendation, Target, recommend
+from rayvox.tune.recommendation import NothingMeasuredError, Recommendation, Target, recommend
 from rayvox.tune.results_file import ResultsFile
 from rayvox.tune.robot_queries import RobotFigures
 from rayvox.tune.scan_encoding import ENCODINGS, EncodingFigures, measure_encoding
@@ -34,7 +35,7 @@ from rayvox.tune.study import Study
 
 DEFAULT_BUDGET_S = 300.0
 # Shares of the budget at which each stage of maps ends, so that the next one gets some.
-_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL = 0.5, 0.65, 0.8
+_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL, _TIMES_UNTIL = 0.45, 0.6, 0.75, 0.85
 _DETAILS_M = (0.0, 0.001, 0.003, 0.01, 0.03)
 
 
@@ -146,7 +147,9 @@ def _summaries(study: Study, candidates: Sequence[MapSettings], until: float) ->
 
 
 def _coarsest_that_keeps(maps: _Maps, target: Target) -> MapSettings:
-    """maps: coarse to fine. The finest where none keeps the target."""
+    """maps: coarse to fine. The finest where none keeps the target. Raises NothingMeasuredError."""
+    if not maps:
+        raise NothingMeasuredError("nothing was measured: give a larger budget")
     for settings, summary in maps.items():
         if summary.error_bound_m is not None and summary.error_bound_m <= target.max_error_m:
             return settings
@@ -155,8 +158,8 @@ def _coarsest_that_keeps(maps: _Maps, target: Target) -> MapSettings:
 
 def _measure_same_leaves(study: Study, chosen: MapSettings) -> tuple[CandidateSummary, ...]:
     candidates = with_same_leaves(chosen, study.parts)
-    measured = [(settings, study.measure_maps(settings, accuracy=False)) for settings in candidates]
-    return tuple(summarise(settings, figures) for settings, figures in measured if figures)
+    measured = [(settings, study.measure_maps(settings, _TIMES_UNTIL, accuracy=False)) for settings in candidates]
+    return tuple(summarise(settings, figures) for settings, figures in measured if len(figures) == len(study.parts))
 
 
 def _measure_storage(study: Study, chosen: MapSettings) -> dict[str, StorageFigures]:
@@ -165,23 +168,22 @@ def _measure_storage(study: Study, chosen: MapSettings) -> dict[str, StorageFigu
     measured = {
         form.name: study.once(
             f"storage {form.name}: {part.name} {chosen!r}",
-            lambda form=form: asdict(measure_storage(part, chosen, form)),  # type: ignore[misc]
+            partial(measure_storage, part, chosen, form),
+            StorageFigures,
+            chosen,
         )
         for form in forms
     }
-    return {name: StorageFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_encodings(study: Study) -> dict[str, EncodingFigures]:
     part = study.parts[0]
     measured = {
-        name: study.once(
-            f"encoding {name}: {part.name}",
-            lambda name=name: asdict(measure_encoding(part.scans, name)),  # type: ignore[misc]
-        )
+        name: study.once(f"encoding {name}: {part.name}", partial(measure_encoding, part.scans, name), EncodingFigures)
         for name in ENCODINGS
     }
-    return {name: EncodingFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_hierarchies(study: Study) -> dict[str, HierarchyFigures]:
@@ -189,13 +191,10 @@ def _measure_hierarchies(study: Study) -> dict[str, HierarchyFigures]:
         return {}
     probe = HierarchyProbe(study.robot)
     measured = {
-        str(hierarchy): study.once(
-            f"hierarchy {hierarchy}",
-            lambda hierarchy=hierarchy: asdict(probe.figures(hierarchy)),  # type: ignore[misc]
-        )
+        str(hierarchy): study.once(f"hierarchy {hierarchy}", partial(probe.figures, hierarchy), HierarchyFigures)
         for hierarchy in HIERARCHIES
     }
-    return {name: HierarchyFigures(**figures) for name, figures in measured.items() if figures is not None}
+    return {name: figures for name, figures in measured.items() if figures is not None}
 
 
 def _measure_details(study: Study, chosen: MapSettings) -> dict[float, RobotFigures]:

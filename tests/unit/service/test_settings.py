@@ -66,3 +66,30 @@ def test_a_data_directory_serves_one_service_at_a_time(tmp_path: Path) -> None:
     again = MapStore(settings)
     again.stop_opening()
     again.close()
+
+
+def test_a_settings_file_gives_way_to_the_environment_and_that_to_arguments(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_text('engine = "dda"\nmap_resolution_m = 0.2\nmap_ray_share = 0.5\nport = 1\n')
+    monkeypatch.setenv("RAYVOX_MAP_RAY_SHARE", "0.25")
+    monkeypatch.setenv("RAYVOX_PORT", "2")
+    settings = Settings(settings=path, port=3)
+    assert (settings.engine, settings.map_resolution_m) == ("dda", 0.2)
+    assert (settings.map_ray_share, settings.port) == (0.25, 3)
+    monkeypatch.setenv("RAYVOX_SETTINGS", str(path))
+    assert Settings().engine == "dda"
+
+
+@pytest.mark.parametrize("text", ["surprise = 1\n", "map_ray_share = 0\n", 'collision_unknown = "perhaps"\n'])
+def test_a_settings_file_that_cannot_be_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_text(text)
+    with pytest.raises(ValidationError):
+        Settings(settings=path)
+
+
+def test_a_settings_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"absent\.toml: no such settings file"):
+        Settings(settings=tmp_path / "absent.toml")

@@ -61,8 +61,8 @@ def _front(report: TuningReport) -> Table:
     note = (
         "Settings that no others beat in error, free space kept, time a scan and time a query at once. Error: distance "
         "between the map's occupied voxels and true surfaces, the worse of both directions. At most: what the 95 % "
-        "error of the next scene stays below (99 % prediction). Precision: occupied voxels that hold something; recall: "
-        "seen surface in occupied voxels; free recall: seen free space that the map calls free."
+        "error of the next scene stays below (99 % prediction). Precision: occupied voxels that hold something; "
+        "recall: seen surface in occupied voxels; free recall: seen free space that the map calls free."
     )
     return _map_table("The Pareto front", note, front, report)
 

@@ -94,6 +94,9 @@ def cpp_tests(rest: list[str], folder: str = "tests", *options: str) -> int:
     print("== C++ tests" if not options else "== C++ tests, ASan + UBSan", flush=True)
     build = ROOT / "build" / folder
     tools = {"PATH": f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}", "CXX": compiler()}
+    embree = next(VENV.glob("lib/*/site-packages/embreex.libs/libembree4*"), None)
+    if embree is not None:
+        tools["RAYVOX_EMBREE"] = str(embree)
     configure: list[str | Path] = ["cmake", "-S", ROOT / "core", "-B", build, "-G", "Ninja", "-DRAYVOX_BUILD_TESTS=ON"]
     steps: tuple[list[str | Path], ...] = (
         [*configure, "-DRAYVOX_BUILD_PYTHON=OFF", "-DRAYVOX_WARNINGS_AS_ERRORS=ON", *options],

@@ -9,27 +9,14 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 import rayvox
 
-from benchmarks.report import print_table, provenance, write_results
+from benchmarks.report import median_seconds, print_table, provenance, write_results
 from benchmarks.workloads import depth_views
 from tests.support.octomap_peer import OctomapPeer
-
-
-def seconds_of(action: Callable[[], object], repeats: int) -> float:
-    """Median seconds."""
-    taken = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        action()
-        taken.append(time.perf_counter() - start)
-    return median(taken)
 
 
 def building_map() -> rayvox.OccupancyMap:
@@ -65,9 +52,9 @@ def main() -> None:
         peer = OctomapPeer.read(path)
     results = {
         "leaves": len(ours.leaves()[1]),
-        "rayvox_s": seconds_of(ours.leaves, 9),
-        "octomap_file_stream_s": seconds_of(peer.leaves, 1),
-        "pyoctomap_iterator_s": seconds_of(lambda: read_by_iterator(peer), 1),
+        "rayvox_s": median_seconds(ours.leaves, 9),
+        "octomap_file_stream_s": median_seconds(peer.leaves, 1),
+        "pyoctomap_iterator_s": median_seconds(lambda: read_by_iterator(peer), 1),
     }
     print(header)
     rows = [

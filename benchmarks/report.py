@@ -8,9 +8,11 @@ import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from statistics import median
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 RESULTS = REPOSITORY / "benchmarks" / "results"
@@ -46,6 +48,16 @@ def provenance() -> dict[str, object]:
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "load_before": os.getloadavg()[0],
     }
+
+
+def median_seconds(action: Callable[[], object], repeats: int) -> float:
+    """Median time of one call."""
+    taken = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        action()
+        taken.append(time.perf_counter() - start)
+    return median(taken)
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

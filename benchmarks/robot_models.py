@@ -9,32 +9,19 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 import rayvox
 from rayvox.robot import BodyFilter, Robot, simplified
 
-from benchmarks.report import print_table, provenance, write_results
+from benchmarks.report import median_seconds, print_table, provenance, write_results
 from tests.support.datasets import data_folder
 from tests.support.robots import REAL_ROBOTS
 
 CONFIGURATIONS = 1000
 RAYS = 76_800
 DETAIL_ERROR_M = 0.005
-
-
-def seconds_of(action: Callable[[], object], repeats: int = 9) -> float:
-    """Median seconds, after one unmeasured run."""
-    action()
-    taken = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        action()
-        taken.append(time.perf_counter() - start)
-    return median(taken)
 
 
 def measure(path: Path) -> dict[str, float]:
@@ -53,11 +40,11 @@ def measure(path: Path) -> dict[str, float]:
     beside[:3, 3] = [1.5, 0.0, 0.5]
     return {
         "links": len(robot.links),
-        "read_collision_ms": 1e3 * seconds_of(lambda: Robot.from_urdf(path), 3),
-        "read_visual_ms": 1e3 * seconds_of(lambda: Robot.from_urdf(path, geometry="visual"), 3),
-        "link_poses_us": 1e6 * seconds_of(lambda: robot.link_poses(q)) / CONFIGURATIONS,
-        "motion_bounds_us": 1e6 * seconds_of(lambda: robot.motion_bounds(q, moved)) / CONFIGURATIONS,
-        "body_filter_ms": 1e3 * seconds_of(lambda: body.classify(points.astype(np.float32), q[0], beside), 5),
+        "read_collision_ms": 1e3 * median_seconds(lambda: Robot.from_urdf(path), 3),
+        "read_visual_ms": 1e3 * median_seconds(lambda: Robot.from_urdf(path, geometry="visual"), 3),
+        "link_poses_us": 1e6 * median_seconds(lambda: robot.link_poses(q), 9) / CONFIGURATIONS,
+        "motion_bounds_us": 1e6 * median_seconds(lambda: robot.motion_bounds(q, moved), 9) / CONFIGURATIONS,
+        "body_filter_ms": 1e3 * median_seconds(lambda: body.classify(points.astype(np.float32), q[0], beside), 5),
         "visual_triangles": visual.triangle_count,
         "detail_triangles": sum(len(level.mesh) for level in levels),
         "detail_s": detail_s,

@@ -35,6 +35,8 @@ void translate(const std::exception_ptr& pointer, void*) {
     raise("MapFormatError", error);
   } catch (const EngineUnavailable& error) {
     raise("EngineUnavailableError", error);
+  } catch (const Cancelled& error) {
+    raise("QueryCancelledError", error);
   }
 }
 

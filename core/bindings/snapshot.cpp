@@ -64,16 +64,14 @@ nb::tuple changes(const OwnedSnapshot& map, std::uint64_t since) {
 }
 
 nb::tuple cast(const OwnedSnapshot& map, const Points64& origins, const Points64& directions, double max_range_m,
-               bool unknown_stops, std::size_t most_leaves) {
+               bool unknown_stops, RayEngine engine) {
   NewArray<std::uint8_t> kind(origins.shape(0));
   NewArray<double> t_m(origins.shape(0));
   NewArray<std::int64_t, 3> voxel(origins.shape(0));
   {
     Release release;
-    const RayHits hits{kind.data(), t_m.data(), voxel.data()};
-    const bool done = most_leaves > 0 && !unknown_stops &&
-                      cast_rays_by_embree(map, view(origins), view(directions), max_range_m, most_leaves, hits);
-    if (!done) cast_rays(map, view(origins), view(directions), max_range_m, unknown_stops, hits);
+    cast_rays(map, *map.scenes, {view(origins), view(directions), max_range_m, unknown_stops}, engine,
+              {kind.data(), t_m.data(), voxel.data()});
   }
   return nb::make_tuple(kind.release(), t_m.release(), voxel.release());
 }
@@ -156,6 +154,11 @@ OwnedSnapshot from_nodes(const nb::bytes& bytes, double resolution_m, int depth,
 #define RAYVOX_LEAVES "tuple[NDArray[numpy.int64], NDArray[numpy.uint8], NDArray[numpy.float32]]"
 
 void bind_snapshot(nb::module_& m) {
+  nb::enum_<RayEngine>(m, "RayEngine")
+      .value("auto", RayEngine::automatic)
+      .value("octree", RayEngine::octree)
+      .value("masks", RayEngine::masks)
+      .value("embree", RayEngine::embree);
   nb::class_<OwnedSnapshot>(m, "MapSnapshot")
       .def_prop_ro("resolution_m", [](const OwnedSnapshot& map) { return map.geometry.resolution_m(); })
       .def_prop_ro("depth", [](const OwnedSnapshot& map) { return map.geometry.depth(); })
@@ -181,9 +184,9 @@ void bind_snapshot(nb::module_& m) {
            nb::sig("def box_states(self, low_m: NDArray[numpy.float64], high_m: NDArray[numpy.float64]) -> "
                    "NDArray[numpy.uint8]"))
       .def("cast_rays", &cast, nb::arg("origins"), nb::arg("directions"), nb::arg("max_range_m"),
-           nb::arg("unknown_stops"), nb::arg("most_leaves"),
+           nb::arg("unknown_stops"), nb::arg("engine"),
            nb::sig("def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], "
-                   "max_range_m: float, unknown_stops: bool, most_leaves: int) -> "
+                   "max_range_m: float, unknown_stops: bool, engine: RayEngine) -> "
                    "tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]"))
       .def("statistics", &statistics, nb::sig("def statistics(self) -> dict[str, Any]"))
       .def("to_nodes", &written<write_nodes>)

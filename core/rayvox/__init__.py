@@ -3,7 +3,7 @@
 The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvox_client`.
 """
 
-from rayvox._native import instruction_set, set_thread_count, thread_count
+from rayvox._native import CancellationToken, instruction_set, set_thread_count, thread_count
 from rayvox.collide import CollisionContacts, TraversalStatistics, collide
 from rayvox.collision_checker import CollisionCheck, CollisionChecker, CollisionVerdict, VoxelContacts
 from rayvox.collision_mesh import CollisionMesh, MeshBvh
@@ -14,6 +14,7 @@ from rayvox.errors import (
     MapFormatError,
     MeshFormatError,
     OutOfRangeError,
+    QueryCancelledError,
     RayvoxError,
     RobotFormatError,
 )
@@ -23,7 +24,7 @@ from rayvox.motion_check import MotionCheck
 from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
-from rayvox.robot import Robot
+from rayvox.robot import BodyFilter, Robot, ScanPoint
 from rayvox.self_collision import links_touch
 from rayvox.sensor_model import SensorModel
 
@@ -31,6 +32,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ENGINES",
+    "BodyFilter",
+    "CancellationToken",
     "ChangeSet",
     "CollisionCheck",
     "CollisionChecker",
@@ -52,10 +55,12 @@ __all__ = [
     "OutOfRangeError",
     "PinholeCamera",
     "PreparedScan",
+    "QueryCancelledError",
     "RayHits",
     "RayvoxError",
     "Robot",
     "RobotFormatError",
+    "ScanPoint",
     "ScanResult",
     "ScanStatistics",
     "SensorModel",

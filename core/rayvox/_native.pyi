@@ -26,6 +26,15 @@ class SensorModel:
     @property
     def occupied_log_odds(self) -> float: ...
 
+class RayEngine(enum.Enum):
+    auto = 0
+
+    octree = 1
+
+    masks = 2
+
+    embree = 3
+
 class MapSnapshot:
     @property
     def resolution_m(self) -> float: ...
@@ -59,7 +68,7 @@ class MapSnapshot:
 
     def box_states(self, low_m: NDArray[numpy.float64], high_m: NDArray[numpy.float64]) -> NDArray[numpy.uint8]: ...
 
-    def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], max_range_m: float, unknown_stops: bool, most_leaves: int) -> tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]: ...
+    def cast_rays(self, origins: NDArray[numpy.float64], directions: NDArray[numpy.float64], max_range_m: float, unknown_stops: bool, engine: RayEngine) -> tuple[NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]: ...
 
     def statistics(self) -> dict[str, Any]: ...
 
@@ -212,10 +221,25 @@ def build_kdop_bvh(mesh: CollisionMesh, k: int, axes: NDArray[numpy.float64] | N
 
 def collide(a: KdopBvh, b: KdopBvh, T_a_b: NDArray[numpy.float64], contacts: str, solids: bool, statistics: bool) -> tuple[NDArray[numpy.uint8], NDArray[numpy.int64], NDArray[numpy.int64]]: ...
 
+class CancellationToken:
+    """
+    Tells a query in another thread that nobody waits for its answer any more.
+    """
+
+    def __init__(self) -> None: ...
+
+    def cancel(self) -> None:
+        """The query raises QueryCancelledError soon; for good."""
+
+    @property
+    def cancelled(self) -> bool: ...
+
 class LinkBody:
     def __init__(self, bvh: KdopBvh) -> None: ...
 
-def check_poses(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, contacts: str, more_padding_m: NDArray[numpy.float64] | None = None) -> tuple[NDArray[numpy.uint8], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+def check_poses(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, contacts: str, more_padding_m: NDArray[numpy.float64] | None = None, cancellation: CancellationToken | None = None) -> tuple[NDArray[numpy.uint8], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+
+def measure_clearances(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, max_clearance_m: float) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.float64], NDArray[numpy.int64]]: ...
 
 def thread_count() -> int: ...
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal, get_args
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rayvox import _native
+from rayvox._native import CancellationToken
 from rayvox.errors import InvalidInputError
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.motion_check import MotionCheck, check_motions
@@ -63,8 +65,9 @@ class CollisionChecker:
 
     unknown: "free" ignores space that was never observed; with "occupied" a pose that meets it, and nothing occupied,
     is UNKNOWN. What lies beyond the octree is unknown.
-    padding_m: added to the padding of every link. A padded link collides with the voxels that it would touch if they
-    were grown by its padding on all sides, which is all that come within the padding, and some at corners beyond it.
+    padding_m: added to the padding of every link, or of the named ones. A padded link collides with the voxels that it
+    would touch if they were grown by its padding on all sides, which is all that come within the padding, and some at
+    corners beyond it.
     occupancy_threshold: probability from which on a voxel is occupied; None is the map's own.
 
     A link collides with a voxel, a closed cube, that touches its surface, or lies inside of a closed part of it. Open
@@ -80,13 +83,11 @@ class CollisionChecker:
         map_snapshot: MapSnapshot,
         robot: Robot,
         unknown: UnknownPolicy = "free",
-        padding_m: float = 0.0,
+        padding_m: float | Mapping[str, float] = 0.0,
         occupancy_threshold: float | None = None,
     ) -> None:
         if unknown not in get_args(UnknownPolicy):
             raise InvalidInputError(f"unknown must be one of {', '.join(get_args(UnknownPolicy))}, got {unknown!r}")
-        if not 0 <= padding_m < np.inf:
-            raise InvalidInputError(f"padding_m = {padding_m!r} is not a finite number of at least zero")
         self.map_snapshot = map_snapshot
         self.robot = robot
         self._unknown_is_occupied = unknown == "occupied"
@@ -95,7 +96,7 @@ class CollisionChecker:
         )
         self._occupied_log_odds = model.native.occupied_log_odds
         self._bodies = [link.body for link in robot.links]
-        self._paddings_m = [link.padding_m + padding_m for link in robot.links]
+        self._paddings_m = robot.paddings_m(padding_m)
 
     def check(
         self,
@@ -104,6 +105,7 @@ class CollisionChecker:
         *,
         contacts: Literal["none", "first", "all"] = "none",
         self_collision: bool = False,
+        cancellation: CancellationToken | None = None,
     ) -> CollisionCheck:
         """Verdicts of n configurations and base poses, on all threads, without the GIL.
 
@@ -112,16 +114,18 @@ class CollisionChecker:
         number of the other. contacts: "first" is one voxel per pose, an occupied one where there is one; "all" every
         one; a pose may be UNKNOWN for what lies beyond the octree, where there are no voxels.
         self_collision: also test the pairs of links that the allowed-collision matrix does not allow, without padding.
+        cancellation: cancelled from another thread, it ends the query.
 
-        Raises InvalidInputError for wrong shapes, values that are not finite, and poses that are not rigid.
+        Raises InvalidInputError for wrong shapes, values that are not finite, and poses that are not rigid;
+        QueryCancelledError.
         """
         T_map_links = self.robot.link_poses(configurations, T_map_base)
-        verdicts, rows, log_odds = self._ask(T_map_links, contacts, None)
+        verdicts, rows, log_odds = self._ask(T_map_links, contacts, None, cancellation)
         return CollisionCheck(
             verdicts,
             self.map_snapshot.revision,
             None if contacts == "none" else self._voxels(rows, log_odds),
-            self_collisions(self.robot, T_map_links) if self_collision else None,
+            self_collisions(self.robot, T_map_links, cancellation) if self_collision else None,
         )
 
     def check_motion(
@@ -131,6 +135,7 @@ class CollisionChecker:
         T_map_base: npt.ArrayLike | None = None,
         *,
         tolerance_m: float = 0.005,
+        cancellation: CancellationToken | None = None,
     ) -> MotionCheck:
         """Whether n motions, on which all joints move at constant speed and the base rests, collide anywhere.
 
@@ -139,14 +144,20 @@ class CollisionChecker:
         free only if no collision can lie between samples (motion_check.py); one that passes an obstacle closer than
         the tolerance may be reported as colliding. Links are not tested against each other.
 
-        Raises InvalidInputError as check, and for a tolerance that is not a finite number above zero.
+        Raises as check, and InvalidInputError for a tolerance that is not a finite number above zero.
         """
-        return check_motions(
-            self.robot, q_from, q_to, T_map_base, tolerance_m, lambda T, more_m: self._ask(T, "none", more_m)[0]
-        )
+
+        def check(T_map_links: npt.NDArray[np.float64], more_m: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
+            return self._ask(T_map_links, "none", more_m, cancellation)[0]
+
+        return check_motions(self.robot, q_from, q_to, T_map_base, tolerance_m, check)
 
     def _ask(
-        self, T_map_links: npt.NDArray[np.float64], contacts: str, more_padding_m: npt.NDArray[np.float64] | None
+        self,
+        T_map_links: npt.NDArray[np.float64],
+        contacts: str,
+        more_padding_m: npt.NDArray[np.float64] | None,
+        cancellation: CancellationToken | None,
     ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
         return _native.check_poses(
             self.map_snapshot._revision_asked(),
@@ -157,6 +168,7 @@ class CollisionChecker:
             self._occupied_log_odds,
             contacts,
             more_padding_m,
+            cancellation,
         )
 
     def _voxels(self, rows: npt.NDArray[np.int64], log_odds: npt.NDArray[np.float32]) -> VoxelContacts:

@@ -39,5 +39,9 @@ class EngineUnavailableError(RayvoxError):
     """The ray-shooting engine asked for cannot run here; the message says what to install."""
 
 
+class QueryCancelledError(RayvoxError):
+    """The query's CancellationToken was cancelled before it ended."""
+
+
 class MissingDependencyError(RayvoxError):
     """An optional package is needed for this; the message says what to install."""

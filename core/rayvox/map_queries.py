@@ -12,29 +12,15 @@ import numpy.typing as npt
 from rayvox import _native
 from rayvox.arrays import as_points, as_points_f64, as_rigid, as_vector
 from rayvox.embree_library import load_embree
-from rayvox.errors import EngineUnavailableError, InvalidInputError
+from rayvox.errors import InvalidInputError
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits
 from rayvox.sensor_model import SensorModel
 
 Leaves = tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8], npt.NDArray[np.float32]]
 ExportFormat = Literal["bt", "ot", "ply"]
-RayEngine = Literal["auto", "octree", "embree"]
-RAY_ENGINES: tuple[RayEngine, ...] = ("auto", "octree", "embree")
-_FEWEST_RAYS_FOR_EMBREE = 50_000
-
-
-def _most_leaves_for_embree(engine: RayEngine, rays: int) -> int:
-    """How many occupied leaves are worth a scene for these rays; 0: none."""
-    if engine == "octree" or (engine == "auto" and rays < _FEWEST_RAYS_FOR_EMBREE):
-        return 0
-    try:
-        load_embree()
-    except EngineUnavailableError:
-        if engine == "embree":
-            raise
-        return 0
-    return 2**63 - 1 if engine == "embree" else rays
+RayEngine = Literal["auto", "octree", "masks", "embree"]
+RAY_ENGINES: tuple[RayEngine, ...] = ("auto", "octree", "masks", "embree")
 
 
 class MapQueries(ABC):
@@ -103,15 +89,14 @@ class MapQueries(ABC):
         """The first occupied voxel along n rays; with unknown="occupied" also the first unknown one.
 
         origins (n, 3) or (3,) metres; directions (n, 3), any length. The origin's own voxel counts. max_range_m None:
-        as far as the octree reaches. engine: "octree" strides through the octree's nodes; "embree" shoots through a
-        scene of the occupied leaves, built for this call; "auto" takes the latter for many rays, if Embree is there,
-        there are no more occupied leaves than rays, and unknown space stops none. The answers are the same. Raises
-        InvalidInputError naming the ray, OutOfRangeError for an origin beyond the octree, EngineUnavailableError.
+        as far as the octree reaches. engine: "octree" strides through the octree's nodes; "masks" through bit masks of
+        what stops rays; "embree" shoots through a scene of the occupied leaves, and passes unknown space. A snapshot
+        keeps its masks and its scene from the first call that needs them (a map makes them anew in every call); "auto"
+        takes masks that are there, or makes them for many rays. The answers are the same. Raises InvalidInputError
+        naming the ray, OutOfRangeError for an origin beyond the octree, EngineUnavailableError.
         """
         if engine not in RAY_ENGINES:
             raise InvalidInputError(f"engine must be one of {', '.join(RAY_ENGINES)}, got {engine!r}")
-        if engine == "embree" and unknown != "free":
-            raise InvalidInputError("engine 'embree' needs unknown='free': its scene holds occupied leaves only")
         if unknown not in ("free", "occupied"):
             raise InvalidInputError(f"unknown must be 'free' or 'occupied', got {unknown!r}")
         towards = as_points_f64(directions, "directions")
@@ -121,8 +106,10 @@ class MapQueries(ABC):
         if start.shape != towards.shape:
             raise InvalidInputError(f"origins has shape {start.shape}, directions {towards.shape}")
         reach = checked_range(max_range_m)
-        most_leaves = _most_leaves_for_embree(engine, len(towards)) if unknown == "free" else 0
-        return RayHits(*self._revision_asked().cast_rays(start, towards, reach, unknown == "occupied", most_leaves))
+        if engine == "embree":
+            load_embree()
+        asked, how = self._revision_asked(), _native.RayEngine[engine]
+        return RayHits(*asked.cast_rays(start, towards, reach, unknown == "occupied", how))
 
     def depth_image(
         self,

@@ -5,19 +5,25 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from rayvox._native import CancellationToken
 from rayvox.collide import collide
+from rayvox.errors import QueryCancelledError
 from rayvox.robot.robot import Robot
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def self_collisions(robot: Robot, T_map_links: FloatArray) -> npt.NDArray[np.bool_]:
+def self_collisions(
+    robot: Robot, T_map_links: FloatArray, cancellation: CancellationToken | None = None
+) -> npt.NDArray[np.bool_]:
     """Whether, at (n, links, 4, 4) poses, two links touch or enclose each other that must not: (n,) bool.
 
-    A pose that one pair has decided is not asked of the others.
+    A pose that one pair has decided is not asked of the others. Raises QueryCancelledError between two pairs.
     """
     colliding = np.zeros(len(T_map_links), dtype=bool)
     for pair in robot.self_collision_pairs():
+        if cancellation is not None and cancellation.cancelled:
+            raise QueryCancelledError("the query was cancelled")
         open_poses = np.flatnonzero(~colliding)
         colliding[open_poses] = _pair_touches(robot, T_map_links[open_poses], pair)
     return colliding

@@ -18,7 +18,7 @@ from rayvox_service.frame import FrameError
 from rayvox_service.map_store import MapStore
 from rayvox_service.problems import Problem, answer_error, answer_http_exception, answer_validation_error
 from rayvox_service.robot_store import RobotStore
-from rayvox_service.routers import collisions, export, health, maps, queries, robots, scans, stream
+from rayvox_service.routers import collisions, export, health, maps, queries, query_stream, robots, scans, stream
 from rayvox_service.service import Service
 from rayvox_service.settings import Settings
 
@@ -55,7 +55,7 @@ def create_app(settings: Settings, store: MapStore | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
     )
-    for module in (scans, stream, queries, collisions, maps, robots, export, health):
+    for module in (scans, stream, queries, query_stream, collisions, maps, robots, export, health):
         app.include_router(module.router, prefix=PREFIX)
     for error in (Problem, FrameError, RayvoxError, OSError, Exception):
         app.add_exception_handler(error, answer_error)

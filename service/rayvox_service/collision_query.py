@@ -4,32 +4,30 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
-from rayvox import CollisionCheck, CollisionChecker, MapSnapshot, Robot, VoxelContacts
+from pydantic import Field
+from rayvox import CancellationToken, CollisionCheck, MapSnapshot, Robot, VoxelContacts
+from rayvox.errors import InvalidInputError
 
 from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError, encode_frame
 from rayvox_service.problems import Problem
+from rayvox_service.robot_query import RobotQuery
+from rayvox_service.steps import Steps, in_batches, joined
 
 KIND = "collisions"
 ANSWER = "verdicts"
 PAYLOAD_DIMENSIONS = {"configurations": 2, "T_map_base": 3}
 # All contacts of a pose can be as many as there are voxels around the robot.
 MOST_POSES_WITH_ALL_CONTACTS = 100
+FIRST_POSES = 64
 
 
-class CollisionQuery(BaseModel):
+class CollisionQuery(RobotQuery):
     """What stands beside the poses: JSON fields, or a frame's header."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    robot: str
-    unknown: Literal["free", "occupied"] = "free"
-    padding_m: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
-    occupancy_threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     self_collision: bool = False
     contacts: Literal["none", "first", "all"] = "none"
 
@@ -56,10 +54,28 @@ class Poses:
     configurations: AnyArray | None
     T_map_base: AnyArray | None
 
+    @property
+    def count(self) -> int:
+        lengths = {len(array) for array in (self.configurations, self.T_map_base) if array is not None}
+        return max(lengths - {1}, default=1)
+
     def require_at_most(self, most: int) -> None:
-        count = max((len(array) for array in (self.configurations, self.T_map_base) if array is not None), default=1)
-        if count > most:
-            raise Problem("too-large", f"{count} poses, the limit is {most}")
+        if self.count > most:
+            raise Problem("too-large", f"{self.count} poses, the limit is {most}")
+
+    def require_matching(self) -> None:
+        arrays = [array for array in (self.configurations, self.T_map_base) if array is not None]
+        if any(len(array) not in (1, self.count) for array in arrays):
+            counts = " configurations do not go with ".join(str(len(array)) for array in arrays)
+            raise Problem("invalid-input", f"{counts} base poses")
+
+    def rows(self, part: slice) -> Poses:
+        """Some of the poses; a single row goes with all."""
+        first, second = (
+            array if array is None or len(array) == 1 else array[part]
+            for array in (self.configurations, self.T_map_base)
+        )
+        return Poses(first, second)
 
 
 def poses_of_frame(frame: Frame, most: int) -> Poses:
@@ -76,14 +92,34 @@ def poses_of_frame(frame: Frame, most: int) -> Poses:
     return Poses(arrays.get("configurations"), arrays.get("T_map_base"))
 
 
-def check_collisions(query: CollisionQuery, poses: Poses, robot: Robot, snapshot: MapSnapshot) -> CollisionCheck:
-    """Raises rayvox.InvalidInputError, Problem."""
+def check_collisions(
+    query: CollisionQuery, poses: Poses, robot: Robot, snapshot: MapSnapshot, cancellation: CancellationToken
+) -> Steps[CollisionCheck]:
+    """All of it on the one snapshot. Raises rayvox.InvalidInputError, QueryCancelledError, Problem."""
     if query.contacts == "all":
         poses.require_at_most(MOST_POSES_WITH_ALL_CONTACTS)
-    checker = CollisionChecker(snapshot, robot, query.unknown, query.padding_m, query.occupancy_threshold)
-    return checker.check(
-        poses.configurations, poses.T_map_base, contacts=query.contacts, self_collision=query.self_collision
-    )
+    poses.require_matching()
+    checker = query.checker(snapshot, robot)
+
+    def batch(part: slice) -> CollisionCheck:
+        asked = poses.rows(part)
+        try:
+            check = checker.check(
+                asked.configurations, asked.T_map_base, contacts=query.contacts, self_collision=query.self_collision,
+                cancellation=cancellation,
+            )  # fmt: skip
+        except InvalidInputError:
+            # Raises the same, but names the row as the sender counts them.
+            robot.link_poses(poses.configurations, poses.T_map_base)
+            raise
+        if check.contacts is None:
+            return check
+        return replace(check, contacts=replace(check.contacts, pose=check.contacts.pose + part.start))
+
+    checks = yield from in_batches(poses.count, batch, FIRST_POSES)
+    whole = joined(checks)
+    contacts = [check.contacts for check in checks if check.contacts is not None]
+    return replace(whole, contacts=joined(contacts)) if contacts else whole
 
 
 def check_as_frame(check: CollisionCheck) -> bytes:

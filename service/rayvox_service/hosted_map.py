@@ -49,6 +49,7 @@ class HostedMap:
         self.config = config
         self._directory = directory
         self._snapshot_every_bytes = settings.snapshot_every_bytes
+        self._engine = settings.engine
         self._snapshotting: threading.Thread | None = None
         restored, recovery = self._restore(None)
         self.journal_cut: JournalCut | None = recovery.cut()
@@ -66,9 +67,10 @@ class HostedMap:
             self.published,
             self._journal,
             self._ledger,
-            WriterLimits(settings.frame_limits, settings.max_points, settings.queue_bytes),
+            WriterLimits(settings.frame_limits, settings.max_points, settings.queue_bytes, config.insertion),
             lambda sequence: self._restore(sequence)[0].occupancy_map,
             self._after_record,
+            settings.engine,
         )
         log.info(
             "map %s open at record %d, revision %d, %d bytes replayed in %.2f s", config.name, recovery.last_sequence,
@@ -114,10 +116,11 @@ class HostedMap:
                 restored = _Restored(occupancy_map, stored.ledger, stored.last_sequence, 0)
             recovery = JournalRecovery(self._directory, restored.snapshot_sequence, through_sequence)
             for sequence, frame in recovery:
-                operation = parse_operation(frame, restored.occupancy_map)
-                operation.apply(restored.occupancy_map)
+                operation = parse_operation(frame, restored.occupancy_map, self.config.insertion)
+                operation.apply(restored.occupancy_map, self._engine)
                 if isinstance(operation, ScanOperation):
-                    restored.ledger.add(operation.scan_id, ScanEntry(sequence, frame.crc32c, frame.nbytes))
+                    received = operation.received
+                    restored.ledger.add(operation.scan_id, ScanEntry(sequence, received.crc32c, received.nbytes))
                 restored.replayed_bytes += frame.nbytes
         except (JournalGapError, RayvoxError, Problem, ValueError) as error:
             raise MapOpenError(f"{self._directory}: {error}") from error

@@ -29,8 +29,22 @@ class SensorModelConfig(BaseModel):
         return SensorModel(self.p_hit, self.p_miss, self.p_clamp_min, self.p_clamp_max, self.p_occupied)
 
 
+class InsertionConfig(BaseModel):
+    """What a map does with its scans: speed for accuracy, as `rayvox tune` measures it.
+
+    max_range_m: longer rays are cut there, and mark no end point. ray_share: share of a scan's rays that is inserted
+    (rayvox.ray_sampling). discretize: one ray per end-point voxel, also for scans that do not ask for it.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    max_range_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
+    ray_share: float = Field(default=1.0, gt=0.0, le=1.0)
+    discretize: bool = False
+
+
 class MapConfig(BaseModel):
-    """Name, leaf edge in metres, levels and sensor model of one map."""
+    """Name, leaf edge in metres, levels, sensor model and treatment of scans of one map."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -38,6 +52,7 @@ class MapConfig(BaseModel):
     resolution_m: float = Field(gt=0.0, allow_inf_nan=False)
     depth: int = Field(default=16, ge=1, le=21)
     sensor_model: SensorModelConfig = SensorModelConfig()
+    insertion: InsertionConfig = InsertionConfig()
 
     def new_map(self) -> OccupancyMap:
         """An empty kernel map. Raises rayvox.InvalidInputError for values that the kernel refuses."""
@@ -45,6 +60,18 @@ class MapConfig(BaseModel):
 
     def restore_map(self, state: bytes, revision: int) -> OccupancyMap:
         return OccupancyMap.from_bytes(state, self.resolution_m, self.depth, self.sensor_model.to_kernel(), revision)
+
+
+class NewMap(MapConfig):
+    """What the creator of a map says of it; the service's settings say the rest."""
+
+    # May be left out; with_defaults never takes the value that stands here for that.
+    resolution_m: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
+
+    def with_defaults(self, resolution_m: float, depth: int, insertion: InsertionConfig) -> MapConfig:
+        """With these for what was not said."""
+        said = {name: getattr(self, name) for name in self.model_fields_set}
+        return MapConfig(**{"resolution_m": resolution_m, "depth": depth, "insertion": insertion} | said)
 
 
 class MapFile(BaseModel):

@@ -7,10 +7,11 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
-from rayvox import InvalidInputError, OccupancyMap, PreparedScan
+from rayvox import Engine, InvalidInputError, OccupancyMap, PreparedScan
 
 from rayvox_service import scan
 from rayvox_service.frame import Frame, encode_frame
+from rayvox_service.map_config import InsertionConfig
 
 CLEAR_BOX = "clear_box"
 Corner = tuple[float, float, float]
@@ -23,19 +24,32 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class ScanIdentity:
+    """CRC-32C and length of a frame as it was received."""
+
+    crc32c: int
+    nbytes: int
+
+
+@dataclass(frozen=True, slots=True)
 class ScanOperation:
-    """A validated and transformed scan: inserting it cannot fail on its values."""
+    """A validated and transformed scan: inserting it cannot fail on its values.
+
+    `dropped` counts what was taken out of the scan as it was `received`.
+    """
 
     scan_id: uuid.UUID
     prepared: PreparedScan
+    received: ScanIdentity
+    dropped: dict[str, int]
 
     @property
     def nbytes(self) -> int:
         return self.prepared.nbytes
 
-    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
-        result = occupancy_map.insert_prepared(self.prepared)
-        return Outcome(result.revision, dict(vars(result.statistics)))
+    def apply(self, occupancy_map: OccupancyMap, engine: Engine) -> Outcome:
+        result = occupancy_map.insert_prepared(self.prepared, engine)
+        return Outcome(result.revision, vars(result.statistics) | self.dropped)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +60,16 @@ class ClearOperation:
     hi: Corner
     nbytes: int = 0
 
-    def apply(self, occupancy_map: OccupancyMap) -> Outcome:
+    def apply(self, occupancy_map: OccupancyMap, engine: Engine) -> Outcome:
         return Outcome(occupancy_map.clear_box(self.lo, self.hi), None)
 
 
 Operation = ScanOperation | ClearOperation
 
 
-def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int | None = None) -> Operation:
+def parse_operation(
+    frame: Frame, occupancy_map: OccupancyMap, insertion: InsertionConfig, max_points: int | None = None
+) -> Operation:
     """Check a record against the map it is for, without touching the map.
 
     Raises FrameError, Problem or rayvox.InvalidInputError.
@@ -63,7 +79,11 @@ def parse_operation(frame: Frame, occupancy_map: OccupancyMap, max_points: int |
         check_box(lo, hi)
         return ClearOperation(lo, hi)
     scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))
-    return ScanOperation(scan_id, scan.scan_arguments(frame, max_points).prepare(occupancy_map))
+    received, dropped = ScanIdentity(frame.crc32c, frame.nbytes), {}
+    if frame.kind == scan.FILTERED_KIND:
+        received, dropped = ScanIdentity(**frame.fields["received"]), frame.fields["dropped"]
+    arguments = scan.scan_arguments(frame, max_points).reduced(insertion)
+    return ScanOperation(scan_id, arguments.prepare(occupancy_map), received, dropped)
 
 
 def clear_frame(lo: Corner, hi: Corner) -> bytes:

@@ -14,10 +14,12 @@ import threading
 import uuid
 from typing import Any
 
+from rayvox.embree_library import load_embree
+
 from rayvox_service.durable_files import sync_directory
 from rayvox_service.hosted_map import HostedMap, MapOpenError
 from rayvox_service.map_config import MapConfig, read_map_config, write_map_config
-from rayvox_service.map_name import check_map_name
+from rayvox_service.names import check_name
 from rayvox_service.problems import Problem
 from rayvox_service.settings import Settings
 
@@ -32,7 +34,12 @@ class MapStore:
     """Thread-safe. `open_all` restores the maps that are on disk; until it ends only those restored so far answer."""
 
     def __init__(self, settings: Settings) -> None:
-        """Takes the data directory for this process alone. Raises OSError, DataDirectoryInUseError."""
+        """Takes the data directory for this process alone.
+
+        Raises OSError, DataDirectoryInUseError, and rayvox.EngineUnavailableError for an engine that is not installed.
+        """
+        if settings.engine == "embree":
+            load_embree()
         self._settings = settings
         self._root = settings.data_dir
         self._maps_dir, self._staging, self._trash = (self._root / name for name in ("maps", "staging", "trash"))
@@ -78,7 +85,7 @@ class MapStore:
         hosted = self._maps.get(name)
         if hosted is not None:
             return hosted
-        check_map_name(name)
+        check_name("map", name)
         if name in self._opening:
             raise Problem("unavailable", f"map {name} is being restored")
         if name in self._failures:
@@ -94,7 +101,7 @@ class MapStore:
 
     def create(self, config: MapConfig) -> HostedMap:
         """Raises Problem map-exists or invalid-map-name, rayvox.InvalidInputError, OSError."""
-        check_map_name(config.name)
+        check_name("map", config.name)
         config.new_map()
         with self._lock:
             if self._closed:

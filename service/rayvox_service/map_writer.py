@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
 
-from rayvox import OccupancyMap
+from rayvox import Engine, OccupancyMap
 
 from rayvox_service import map_operation, scan
 from rayvox_service.byte_budget import ByteBudget
@@ -29,6 +29,7 @@ from rayvox_service.journal import Journal
 from rayvox_service.problems import Problem, as_problem
 from rayvox_service.published_map import PublishedMap
 from rayvox_service.scan_ledger import ScanEntry, ScanLedger
+from rayvox_service.self_filter import RobotLookup, no_robots
 from rayvox_service.submission import CommitGroup, Entry, Receipt, Submission, Wait
 from rayvox_service.submission_check import SubmissionCheck, WriterLimits
 from rayvox_service.waiters import Waiters, settle, settle_error
@@ -63,9 +64,11 @@ class MapWriter:
         limits: WriterLimits,
         reload: Callable[[int], OccupancyMap],
         on_applied: Callable[[int, int], None],
+        engine: Engine,
     ) -> None:
         self._published, self._journal, self._ledger = published, journal, ledger
         self._reload, self._on_applied = reload, on_applied
+        self._engine: Engine = engine
         self._submission_check = SubmissionCheck(published, ledger, limits)
         self._lock = threading.Lock()
         self._budget = ByteBudget(limits.queue_bytes)
@@ -102,8 +105,14 @@ class MapWriter:
             raise refusal
         self._budget.check_room(nbytes)
 
-    def submit_scan(self, data: Bytes, scan_id: uuid.UUID | None = None, wait: Wait = "journaled") -> Submission:
-        return self.submit(Submission(scan.KIND, data, scan_id, wait))
+    def submit_scan(
+        self,
+        data: Bytes,
+        scan_id: uuid.UUID | None = None,
+        wait: Wait = "journaled",
+        find_robot: RobotLookup = no_robots,
+    ) -> Submission:
+        return self.submit(Submission(scan.KIND, data, scan_id, wait, find_robot))
 
     def submit_clear(self, lo: map_operation.Corner, hi: map_operation.Corner) -> Submission:
         return self.submit(Submission(map_operation.CLEAR_BOX, map_operation.clear_frame(lo, hi), None, wait="applied"))
@@ -189,7 +198,9 @@ class MapWriter:
             try:
                 if self._broken is not None:
                     raise self._broken
+                taken = len(submission.data)
                 found = self._submission_check.check(submission, group, entries)
+                self._budget.change(submission, len(submission.data) - taken)
             except Exception as error:
                 self._reject(submission, error)
                 continue
@@ -270,7 +281,7 @@ class MapWriter:
     def _apply(self, entry: Entry) -> None:
         if entry.group.failed:
             return
-        outcome = entry.operation.apply(self._published.begin())
+        outcome = entry.operation.apply(self._published.begin(), self._engine)
         entry.group.settled.wait()
         if entry.group.failed:
             # The map holds something that is not on disk, so a restart would show another map: go back to the disk's.

@@ -42,6 +42,7 @@ KINDS: dict[str, tuple[int, str]] = {
     "invalid-robot-name": (422, "This is no possible robot name"),
     "out-of-range": (422, "Coordinates lie beyond the map's range"),
     "overloaded": (429, "The map's queue is full"),
+    "cancelled": (499, "The client went away before the answer"),
     "internal": (500, "The service failed"),
     "unavailable": (503, "The map cannot be used at the moment"),
     "timeout": (504, "What was waited for did not happen in time"),

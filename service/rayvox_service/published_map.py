@@ -7,12 +7,16 @@ from concurrent.futures import Future
 
 from rayvox import MapSnapshot, OccupancyMap
 
+# For so many revisions after the last question a map counts as being read: some seconds of a robot's scans.
+READ_AHEAD = 20
+
 
 class PublishedMap:
     """One writer changes the map between `begin` and `publish`; readers in any thread get snapshots.
 
-    A snapshot is taken at most once per published revision, and only if somebody asked: an unread map is never
-    copied on write. A reader that asks while a change is on its way gets the state right after it.
+    A snapshot is taken at most once per published revision, and only of a map that is being read: one that is not is
+    never copied on write. A reader of a map that is being read never waits; the first one may come while a change is
+    on its way, and gets the state right after it.
     """
 
     def __init__(self, occupancy_map: OccupancyMap) -> None:
@@ -20,6 +24,7 @@ class PublishedMap:
         self._map = occupancy_map
         self._changing = False
         self._latest: MapSnapshot | None = None
+        self._revisions_since_read = READ_AHEAD
         self._asked: list[Future[MapSnapshot]] = []
         self._failure: Exception | None = None
         self.revision: int = occupancy_map.revision
@@ -35,7 +40,9 @@ class PublishedMap:
             if replacement is not None:
                 self._map = replacement
             self._changing = False
-            self._latest = self._map.snapshot() if self._asked else None
+            being_read = bool(self._asked) or self._revisions_since_read < READ_AHEAD
+            self._latest = self._map.snapshot() if being_read else None
+            self._revisions_since_read += 1
             self.revision = self._map.revision
             asked, self._asked, latest = self._asked, [], self._latest
         for future in asked:
@@ -48,6 +55,7 @@ class PublishedMap:
 
     def snapshot(self) -> MapSnapshot:
         """The latest published state. May wait for a running change: not for the event loop's thread."""
+        self._revisions_since_read = 0
         latest = self._latest
         if latest is not None:
             return latest

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from starlette.requests import Request
 from starlette.types import Receive, Scope
 
+from rayvox_service.checked_fields import parse_json
 from rayvox_service.frame import Bytes
 from rayvox_service.problems import Problem
 from rayvox_service.service import service_of
@@ -83,28 +84,6 @@ async def read_json(request: Request, model: type[M]) -> M:
     body, settings = RequestBody(request.scope, request.receive), service_of(request).settings
     body.media_type((JSON,))
     return parse_json(await body.read(settings.max_json_bytes, settings.body_timeout_s), model)
-
-
-def parse_json(body: Bytes, model: type[M]) -> M:
-    """Raises Problem invalid-input."""
-    try:
-        return model.model_validate_json(bytes(body))
-    except ValidationError as error:
-        raise _invalid(error) from None
-
-
-def check_fields(fields: dict[str, Any], model: type[M]) -> M:
-    """A frame's header fields as `model`. Raises Problem invalid-input."""
-    try:
-        return model.model_validate(fields)
-    except ValidationError as error:
-        raise _invalid(error) from None
-
-
-def _invalid(error: ValidationError) -> Problem:
-    errors = [{"at": "/".join(map(str, e["loc"])), "message": e["msg"]} for e in error.errors()[:20]]
-    detail = "; ".join(f"{e['at'] or 'body'}: {e['message']}" for e in errors[:5])
-    return Problem("invalid-input", detail, errors=errors)
 
 
 def _too_large(nbytes: int, max_bytes: int) -> Problem:

@@ -11,8 +11,6 @@ from rayvox import LoadLimits, Robot
 
 from rayvox_service.durable_files import write_file
 from rayvox_service.frame import Bytes
-from rayvox_service.map_name import NAME_PATTERN
-from rayvox_service.problems import Problem
 
 FILE_NAME = "robot.json"
 CONTENT_NAME = "content"
@@ -54,16 +52,6 @@ class RobotFile(BaseModel):
 
     layout: Literal[1] = 1
     robot: RobotConfig
-
-
-def check_robot_name(name: str) -> str:
-    """The name itself. Raises Problem invalid-robot-name."""
-    if not NAME_PATTERN.fullmatch(name):
-        raise Problem(
-            "invalid-robot-name",
-            f"{name[:80]!r}: a robot name is 1 to 64 letters, digits, '_', '-' or '.', the first a letter or a digit",
-        )
-    return name
 
 
 def write_robot(directory: Path, config: RobotConfig, data: Bytes) -> None:

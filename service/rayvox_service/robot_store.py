@@ -20,8 +20,9 @@ from rayvox.errors import RayvoxError
 
 from rayvox_service.durable_files import sync_directory
 from rayvox_service.frame import Bytes
+from rayvox_service.names import check_name
 from rayvox_service.problems import Problem
-from rayvox_service.robot_config import RobotConfig, check_robot_name, read_robot, write_robot
+from rayvox_service.robot_config import RobotConfig, read_robot, write_robot
 from rayvox_service.settings import Settings
 from rayvox_service.stored_robot import StoredRobot
 
@@ -79,7 +80,7 @@ class RobotStore:
         stored = self._robots.get(name)
         if stored is not None:
             return stored
-        check_robot_name(name)
+        check_name("robot", name)
         if name in self._opening:
             raise Problem("unavailable", f"robot {name} is being restored")
         if name in self._failures:
@@ -97,7 +98,7 @@ class RobotStore:
         Raises Problem robot-exists, invalid-robot-name, unavailable; MeshFormatError, RobotFormatError, LoadLimitError,
         InvalidInputError, OSError.
         """
-        check_robot_name(config.name)
+        check_name("robot", config.name)
         if (existing := self._existing(config)) is not None:
             return existing, False
         # One upload at a time: each may use all of its limits.

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import uuid
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from rayvox import OccupancyMap, PreparedScan
+from rayvox.ray_sampling import kept_rays
 from rayvox.scan_io import DepthIntrinsics, depth_to_points
 
 from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError
+from rayvox_service.map_config import InsertionConfig
 from rayvox_service.problems import Problem
 
 KIND = "scan"
+# A scan that was received with more in it; only the journal has these.
+FILTERED_KIND = "filtered_scan"
+Vector = tuple[float, float, float]
 FLOATS = ("<f4", "<f8")
 
 
@@ -24,10 +29,25 @@ class ScanArguments:
 
     points: AnyArray
     T_map_sensor: npt.NDArray[np.float64] | None
-    origin: tuple[float, float, float]
+    origin: Vector
     max_range_m: float | None
     no_return: AnyArray | None
     discretize: bool
+
+    def reduced(self, insertion: InsertionConfig) -> ScanArguments:
+        """What of the scan a map with this configuration takes."""
+        points, no_return, share = self.points, self.no_return, insertion.ray_share
+        if share < 1.0:
+            points = points[kept_rays(len(points), share)]
+            no_return = None if no_return is None else no_return[kept_rays(len(no_return), share)]
+        ranges = [r for r in (self.max_range_m, insertion.max_range_m) if r is not None]
+        return replace(
+            self,
+            points=points,
+            no_return=no_return,
+            max_range_m=min(ranges, default=None),
+            discretize=self.discretize or insertion.discretize,
+        )
 
     def prepare(self, occupancy_map: OccupancyMap) -> PreparedScan:
         return occupancy_map.prepare_scan(
@@ -53,7 +73,7 @@ def parse_scan_id(text: object) -> uuid.UUID:
 
 def scan_arguments(frame: Frame, max_points: int | None = None) -> ScanArguments:
     """Read a `scan` frame. Raises FrameError, FrameTooLargeError (over `max_points`, nothing expanded), or Problem."""
-    if frame.kind != KIND:
+    if frame.kind not in (KIND, FILTERED_KIND):
         raise Problem("invalid-input", f"a scan frame is needed, this one is of kind {frame.kind!r}")
     _check_ray_count(frame, max_points)
     pose = numbers(frame, "T_map_sensor", 16, None)

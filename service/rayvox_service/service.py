@@ -6,8 +6,10 @@ import asyncio
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
+from rayvox import CancellationToken
 from starlette.requests import HTTPConnection
 
 from rayvox_service.hosted_map import HostedMap
@@ -15,6 +17,7 @@ from rayvox_service.map_store import MapStore
 from rayvox_service.problems import Problem
 from rayvox_service.robot_store import RobotStore
 from rayvox_service.settings import Settings
+from rayvox_service.steps import CancellableSteps, Unfinished, advance
 
 T = TypeVar("T")
 
@@ -29,6 +32,19 @@ class Service:
     async def query(self, work: Callable[[], T]) -> T:
         """Run reading work in the query threads: the event loop and the writers go on meanwhile."""
         return await asyncio.get_running_loop().run_in_executor(self.query_pool, work)
+
+    async def query_in_steps(self, work: CancellableSteps[T]) -> T:
+        """As `query`. Every step queues behind what came meanwhile, so that all unfinished queries take turns; who
+        stops waiting cancels the work.
+        """
+        cancellation = CancellationToken()
+        steps = work(cancellation)
+        try:
+            while isinstance(answer := await self.query(partial(advance, steps)), Unfinished):
+                pass
+            return answer
+        finally:
+            cancellation.cancel()
 
     async def await_revision(self, hosted: HostedMap, min_revision: int | None, timeout_s: float | None) -> None:
         """Wait until a query would see `min_revision`. Raises Problem timeout."""

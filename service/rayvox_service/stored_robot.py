@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
-from rayvox import Robot
+from rayvox import BodyFilter, Robot
 
 from rayvox_service.robot_config import RobotConfig
+from rayvox_service.robot_variant import RobotVariant
+
+# Whose meshes and hierarchies are kept; a planner asks of one or two at a time.
+KEPT_VARIANTS = 8
 
 
 @dataclass(frozen=True, slots=True)
 class StoredRobot:
+    """`variant` is the robot so changed, `body_filter` the filter of its body; both raise rayvox.InvalidInputError."""
+
     config: RobotConfig
     robot: Robot
+    variant: Callable[[RobotVariant], Robot] = field(init=False, repr=False, compare=False)
+    body_filter: Callable[[RobotVariant], BodyFilter] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        variant = lru_cache(KEPT_VARIANTS)(lambda asked: asked.of(self.robot))
+        object.__setattr__(self, "variant", variant)
+        object.__setattr__(self, "body_filter", lru_cache(KEPT_VARIANTS)(lambda asked: BodyFilter(variant(asked))))
 
     def summary(self) -> dict[str, Any]:
         """What the list of robots shows."""

@@ -93,7 +93,7 @@ class StreamSession:
     async def _submit(self, data: Bytes) -> Submission:
         while True:
             try:
-                return self._hosted.writer.submit_scan(data)
+                return self._hosted.writer.submit_scan(data, find_robot=self._service.robots.get)
             except Problem as problem:
                 if problem.slug != "overloaded":
                     raise

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from rayvox_service.frame import Bytes
 from rayvox_service.map_operation import Operation
+from rayvox_service.self_filter import RobotLookup, no_robots
 
 Wait = Literal["journaled", "applied"]
 
@@ -41,13 +42,14 @@ class Submission:
     """A frame that has to be of kind `kind`. `scan_id` is what the sender promised, or what was found in the frame.
 
     Both futures come to a receipt or a Problem; `wait` says which one the sender waits for. `reserved` are the bytes
-    that it holds of the map's queue.
+    that it holds of the map's queue. `find_robot` knows the robots that a scan may name.
     """
 
     kind: str
     data: Bytes
     scan_id: uuid.UUID | None
     wait: Wait = "journaled"
+    find_robot: RobotLookup = no_robots
     reserved: int = 0
     journaled: Future[Receipt] = field(default_factory=Future)
     applied: Future[Receipt] = field(default_factory=Future)

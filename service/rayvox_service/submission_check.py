@@ -6,8 +6,9 @@ import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rayvox_service import scan
-from rayvox_service.frame import Frame, FrameLimits, decode_frame
+from rayvox_service import scan, self_filter
+from rayvox_service.frame import UNLIMITED, Frame, FrameLimits, decode_frame
+from rayvox_service.map_config import InsertionConfig
 from rayvox_service.map_operation import parse_operation
 from rayvox_service.problems import Problem
 from rayvox_service.published_map import PublishedMap
@@ -17,15 +18,16 @@ from rayvox_service.submission import CommitGroup, Entry, Submission
 
 @dataclass(frozen=True, slots=True)
 class WriterLimits:
-    """`queue_bytes` bounds frames and prepared scans that are not yet applied."""
+    """`queue_bytes` bounds frames and prepared scans that are not yet applied; `insertion` is the map's."""
 
     frame: FrameLimits
     max_points: int
     queue_bytes: int
+    insertion: InsertionConfig
 
 
 class SubmissionCheck:
-    """Reads map and ledger, changes neither."""
+    """Reads map and ledger, changes neither; a scan that is to be filtered is replaced by what goes into the map."""
 
     def __init__(self, published: PublishedMap, ledger: ScanLedger, limits: WriterLimits) -> None:
         self._published, self._ledger, self._limits = published, ledger, limits
@@ -42,8 +44,13 @@ class SubmissionCheck:
             known = self._known(submission, frame, earlier)
             if known is not None:
                 return known
-        operation = parse_operation(frame, self._published.unchanging(), self._limits.max_points)
-        return Entry(submission, operation, group, frame.crc32c, frame.nbytes)
+        received = frame
+        if self_filter.FIELD in frame.fields:
+            submission.data = self_filter.without_own_body(frame, submission.find_robot, self._limits.max_points)
+            frame = decode_frame(submission.data, UNLIMITED)
+        limits = self._limits
+        operation = parse_operation(frame, self._published.unchanging(), limits.insertion, limits.max_points)
+        return Entry(submission, operation, group, received.crc32c, received.nbytes)
 
     def _known(self, submission: Submission, frame: Frame, earlier: Sequence[Entry]) -> Entry | ScanEntry | None:
         scan_id = scan.parse_scan_id(frame.fields.get("scan_id"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import re
 import threading
 import time
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
+import rayvox
 from rayvox_client import (
     AsyncClient,
     Client,
@@ -22,6 +24,7 @@ from rayvox_client import (
     TooLargeError,
 )
 
+from tests.support.datasets import data_path
 from tests.support.mesh_files import cube_files
 from tests.support.robots import ARM_URDF, CUBE_STL, arm_archive, one_link, zipped
 from tests.support.service_process import ServiceProcess, assert_problem
@@ -261,3 +264,38 @@ def test_robot_documents_are_strict_json(service: ServiceProcess, name: str) -> 
     put(service.http, name, arm_archive())
     text = service.http.get(f"/v1/robots/{name}").text
     assert json.loads(text, parse_constant=lambda constant: pytest.fail(constant))
+
+
+def in_the_kernel(path: Path) -> rayvox.Robot | str:
+    """The robot, or why it is none."""
+    try:
+        return rayvox.Robot.from_mesh(path)
+    except rayvox.MeshFormatError as error:
+        return str(error).rpartition(": ")[2]
+
+
+def test_every_awkward_mesh_answers_queries_as_in_the_kernel_or_is_refused_with_the_reason(
+    service: ServiceProcess, name: str
+) -> None:
+    client = Client(str(service.http.base_url))
+    points = np.random.default_rng(0).uniform(-3, 3, (500, 3))
+    client.create_map(f"{name}-map", resolution_m=0.1)
+    client.insert_scan(f"{name}-map", points)
+    local = rayvox.OccupancyMap(0.1)
+    local.insert_scan(points)
+    files = [*data_path("mesh_robustness").iterdir(), data_path("fcl_coal/illformated_mesh.dae")]
+    meshes = [path for path in files if path.suffix.lower()[1:] in TYPES]
+    assert len(meshes) >= 29
+    for path in meshes:
+        wanted = in_the_kernel(path)
+        if isinstance(wanted, str):
+            with pytest.raises(RefusedInputError, match=re.escape(wanted)):
+                client.upload_robot(path, name)
+            continue
+        info = client.upload_robot(path, name)
+        assert info.triangles == wanted.triangle_count
+        T = np.tile(np.eye(4), (20, 1, 1))
+        T[:, :3, 3] = np.random.default_rng(1).uniform(-3, 3, (20, 3)) - wanted.links[0].mesh.vertices.mean(axis=0)
+        expected = rayvox.CollisionChecker(local.snapshot(), wanted).check(T_map_base=T).verdicts
+        assert np.array_equal(client.check(f"{name}-map", info, T_map_base=T).verdicts, expected), path.name
+        client.delete_robot(name)

@@ -30,7 +30,7 @@ FACT(every_instruction_set_marks_exactly_the_cells_the_rays_free) {
       expected.insert(passed.begin(), passed.end());
     }
     std::vector<TileBins> workers(1);
-    workers[0].add(rays, 0, rays.count(), geometry);
+    workers[0].add_rays(rays, 0, rays.count(), geometry);
     for (const Kernels* set : all_sets) {
       if (!set) continue;
       std::set<Cell> marked;

@@ -12,11 +12,11 @@ using namespace rayvox;
 namespace {
 
 struct Fixture {
-  OccupancyMap map{MapGeometry(1.0, 10), SensorModel()};
+  OccupancyMap map;
   std::map<Cell, float> cells;
   std::mt19937_64 random{15};
 
-  Fixture() {
+  explicit Fixture(int depth = 10) : map(MapGeometry(1.0, depth), SensorModel()) {
     for (int scan = 0; scan < 6; ++scan) {
       const brute_force::RandomScan drawn(random, 150, 18);
       for (int pass = 0; pass < 5; ++pass) map.insert(brute_force::scan_of(drawn.rays, drawn.marks_end));
@@ -91,9 +91,13 @@ FACT(boxes_answer_as_their_cells_do_together) {
   }
 }
 
-FACT(rays_stop_at_the_first_cell_that_stops_them) {
-  Fixture f;
+namespace {
+
+// Casts awkward rays, some of which end at borders, and walks the same rays cell by cell.
+void check_that_rays_stop_at_the_first_cell_that_stops_them(RayEngine engine, int depth) {
+  Fixture f(depth);
   const MapSnapshot map = f.map.snapshot();
+  RayScenes scenes;
   int seen[3] = {};
   for (int sample = 0; sample < 4000; ++sample) {
     const Ray drawn = brute_force::awkward_ray(f.random, 20);
@@ -106,7 +110,8 @@ FACT(rays_stop_at_the_first_cell_that_stops_them) {
     std::int64_t voxel[3];
     const double origin[] = {drawn.origin.x, drawn.origin.y, drawn.origin.z};
     const double towards[] = {direction.x * 4, direction.y * 4, direction.z * 4};
-    cast_rays(map, {nullptr, origin, 1}, {nullptr, towards, 1}, range, unknown_stops, {&kind, &t_m, voxel});
+    const RayBatch batch{{nullptr, origin, 1}, {nullptr, towards, 1}, range, unknown_stops};
+    cast_rays(map, scenes, batch, engine, {&kind, &t_m, voxel});
 
     // The same ray as the kernel sees it, cell by cell.
     const double largest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
@@ -130,6 +135,39 @@ FACT(rays_stop_at_the_first_cell_that_stops_them) {
   CHECK(seen[0] > 100 && seen[1] > 100 && seen[2] > 100);
 }
 
+}  // namespace
+
+FACT(rays_through_the_octree_stop_at_the_first_cell_that_stops_them) {
+  for (const int depth : {7, 10}) check_that_rays_stop_at_the_first_cell_that_stops_them(RayEngine::octree, depth);
+}
+
+FACT(rays_through_masks_stop_at_the_first_cell_that_stops_them) {
+  for (const int depth : {7, 8, 10, 21}) {
+    check_that_rays_stop_at_the_first_cell_that_stops_them(RayEngine::masks, depth);
+  }
+}
+
+FACT(masks_of_a_uniform_octree_stop_rays_everywhere_or_nowhere) {
+  for (const int depth : {4, 5}) {
+    const MapGeometry geometry(1.0, depth);
+    const double origin[] = {0.5, -0.25, 0.75}, direction[] = {1, 2, -3};
+    for (const Child& root : {Child(), Child::leaf(-2), Child::leaf(2)}) {
+      const MapSnapshot map{geometry, SensorModel(), root};
+      for (const bool unknown_stops : {false, true}) {
+        RayScenes scenes;
+        std::uint8_t kind[2];
+        double t_m[2];
+        std::int64_t voxel[2][3];
+        const RayBatch batch{{nullptr, origin, 1}, {nullptr, direction, 1}, 0, unknown_stops};
+        cast_rays(map, scenes, batch, RayEngine::octree, {kind, t_m, voxel[0]});
+        cast_rays(map, scenes, batch, RayEngine::masks, {kind + 1, t_m + 1, voxel[1]});
+        CHECK_EQUAL(int{kind[1]}, int{kind[0]});
+        CHECK(t_m[0] == t_m[1] && std::equal(voxel[0], voxel[0] + 3, voxel[1]));
+      }
+    }
+  }
+}
+
 FACT(a_ray_that_leaves_the_octree_enters_the_unknown) {
   const OccupancyMap map(MapGeometry(1.0, 10), SensorModel());
   const double origin[] = {0.5, 0.5, 0.5}, direction[] = {1, 0, 0}, nowhere[] = {0, 0, 0}, outside[] = {1e9, 0, 0};
@@ -137,12 +175,19 @@ FACT(a_ray_that_leaves_the_octree_enters_the_unknown) {
   double t_m;
   std::int64_t voxel[3];
   const RayHits out{&kind, &t_m, voxel};
-  cast_rays(map.snapshot(), {nullptr, origin, 1}, {nullptr, direction, 1}, 0, false, out);
-  CHECK_EQUAL(int{kind}, 0);
-  CHECK_EQUAL(t_m, 511.5);
-  cast_rays(map.snapshot(), {nullptr, origin, 1}, {nullptr, direction, 1}, 0, true, out);
-  CHECK_EQUAL(int{kind}, 2);
-  CHECK_EQUAL(t_m, 0.0);
-  CHECK_THROWS(InvalidInput, cast_rays(map.snapshot(), {nullptr, origin, 1}, {nullptr, nowhere, 1}, 0, true, out));
-  CHECK_THROWS(OutOfRange, cast_rays(map.snapshot(), {nullptr, outside, 1}, {nullptr, direction, 1}, 0, true, out));
+  for (const RayEngine engine : {RayEngine::automatic, RayEngine::masks}) {
+    RayScenes scenes;
+    const auto cast = [&](const double* from, const double* towards, bool unknown_stops) {
+      const RayBatch batch{{nullptr, from, 1}, {nullptr, towards, 1}, 0, unknown_stops};
+      cast_rays(map.snapshot(), scenes, batch, engine, out);
+    };
+    cast(origin, direction, false);
+    CHECK_EQUAL(int{kind}, 0);
+    CHECK_EQUAL(t_m, 511.5);
+    cast(origin, direction, true);
+    CHECK_EQUAL(int{kind}, 2);
+    CHECK_EQUAL(t_m, 0.0);
+    CHECK_THROWS(InvalidInput, cast(origin, nowhere, true));
+    CHECK_THROWS(OutOfRange, cast(outside, direction, true));
+  }
 }

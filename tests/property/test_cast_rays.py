@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal
+
 import numpy as np
 import pytest
 import rayvox
 from rayvox import simulation
 
 from tests.support.octomap_peer import OctomapPeer
+from tests.support.rational_traversal import passed_cells
 
 RESOLUTION_M = 0.1
 RANGE_M = 8.0
@@ -33,22 +37,47 @@ def test_first_hits_equal_octomaps_but_for_explained_ties() -> None:
     origins = origins[ours.states_at(origins) == 1]
     directions = rng.normal(size=origins.shape).astype(np.float32)
     hits = ours.cast_rays(origins, directions, RANGE_M, unknown="free")
-    agreed = ties = 0
+    agreed = ties = at_range = 0
     for index, (origin, direction) in enumerate(zip(origins, directions, strict=True)):
         end = np.zeros(3)
         found = theirs.tree.castRay(origin.astype(np.float64), direction.astype(np.float64), end, True, RANGE_M)
         voxel = np.floor(np.asarray(end) / RESOLUTION_M).astype(np.int64)
-        # OctoMap ends a ray by the distance of voxel centres: at the range's end the two may differ by one voxel.
-        at_the_end = hits.hit[index] == 0 or hits.t_m[index] > RANGE_M - 2 * RESOLUTION_M
-        if bool(found) == (hits.hit[index] == 1) and (not found or (voxel == hits.voxel[index]).all()):
+        hit = hits.hit[index] == 1
+        if bool(found) == hit and (not found or (voxel == hits.voxel[index]).all()):
             agreed += 1
-        elif not at_the_end:
+        elif bool(found) != hit and ends_by_voxel_centres(origin, direction, hits.voxel[index], voxel, hit):
+            at_range += 1
+        else:
             ties += 1
             assert touches(origin, direction, hits.voxel[index], voxel), index
-    at_range = len(origins) - agreed - ties
-    print(f"{len(origins)} rays: {agreed} the same, {ties} explained ties, {at_range} at the range's end")
+    print(f"{len(origins)} rays: {agreed} the same, {ties} explained ties, {at_range} end by voxel centres")
     assert agreed > 0.99 * len(origins)
     assert (hits.hit == 1).sum() > 500
+
+
+def ends_by_voxel_centres(
+    origin: np.ndarray, direction: np.ndarray, ours: np.ndarray, theirs: np.ndarray, hit: bool
+) -> bool:
+    """Whether the range ends a ray for one of the two only: OctoMap goes on until a voxel's centre lies beyond it."""
+
+    def centre_m(cell: np.ndarray) -> float:
+        return float(np.linalg.norm((cell + 0.5) * RESOLUTION_M - origin))
+
+    if not hit:
+        return entered_m(origin, direction, theirs) > RANGE_M - 1e-4 and centre_m(theirs) < RANGE_M + 1e-4
+    unit = direction.astype(np.float64) / np.linalg.norm(direction.astype(np.float64))
+    end = origin.astype(np.float64) + unit * RANGE_M
+    passed = np.array(passed_cells((origin / RESOLUTION_M).tolist(), (end / RESOLUTION_M).tolist()))
+    before = passed[: np.flatnonzero((passed == ours).all(axis=1))[0] + 1]
+    return max(map(centre_m, before)) > RANGE_M - 1e-4
+
+
+def entered_m(origin: np.ndarray, direction: np.ndarray, voxel: np.ndarray) -> float:
+    """Distance along the ray to where it enters the voxel."""
+    low, unit = voxel * RESOLUTION_M, direction / np.linalg.norm(direction.astype(np.float64))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (low - origin) / unit, (low + RESOLUTION_M - origin) / unit
+    return float(np.nanmax(np.minimum(a, b)))
 
 
 def touches(origin: np.ndarray, direction: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> bool:
@@ -74,8 +103,11 @@ def cubes_map(rng: np.random.Generator, resolution_m: float, spread: int) -> ray
     return occupied
 
 
+@pytest.mark.parametrize("engine", ["masks", "embree", "auto"])
 @pytest.mark.parametrize(("resolution_m", "spread"), [(1.0, 12), (0.05, 30), (0.001, 400), (10.0, 20_000)])
-def test_embree_gives_the_octrees_answers(resolution_m: float, spread: int) -> None:
+def test_every_engine_gives_the_octrees_answers(
+    resolution_m: float, spread: int, engine: Literal["masks", "embree", "auto"]
+) -> None:
     rng = np.random.default_rng(spread)
     cubes = cubes_map(rng, resolution_m, spread)
     keys, _, log_odds = cubes.leaves()
@@ -88,13 +120,45 @@ def test_embree_gives_the_octrees_answers(resolution_m: float, spread: int) -> N
     directions = aims - origins
     moving = np.abs(directions).max(axis=1) > 0
     origins, directions = origins[moving] * resolution_m, directions[moving] * resolution_m
-    for max_range_m in (None, spread * resolution_m):
-        by_octree = cubes.cast_rays(origins, directions, max_range_m, engine="octree")
-        by_embree = cubes.cast_rays(origins, directions, max_range_m, engine="embree")
-        assert (by_embree.hit == by_octree.hit).all()
-        assert (by_embree.voxel == by_octree.voxel).all()
-        np.testing.assert_allclose(by_embree.t_m, by_octree.t_m, rtol=1e-14)
-        assert (by_octree.hit == 1).sum() > 100
+    snapshot = cubes.snapshot()
+    unknown: Literal["free", "occupied"]
+    for unknown in ("free", "occupied"):
+        for max_range_m in (None, spread * resolution_m):
+            if engine == "embree" and unknown == "occupied":
+                continue
+            by_octree = snapshot.cast_rays(origins, directions, max_range_m, unknown, engine="octree")
+            other = snapshot.cast_rays(origins, directions, max_range_m, unknown, engine=engine)
+            assert (other.hit == by_octree.hit).all()
+            assert (other.voxel == by_octree.voxel).all()
+            np.testing.assert_allclose(other.t_m, by_octree.t_m, rtol=1e-14)
+            assert (by_octree.hit == 1).sum() > 100
+
+
+def test_masks_give_the_octrees_answers_in_a_building() -> None:
+    occupancy_map, _ = building_maps()
+    snapshot, rng = occupancy_map.snapshot(), np.random.default_rng(21)
+    origins = rng.uniform((-12, -7, -0.5), (12, 7, 3.5), (60_000, 3))
+    directions = rng.normal(size=origins.shape)
+    directions[::7, 1] = 0
+    directions[::11, 0] *= 1e-12
+    unknown: Literal["free", "occupied"]
+    for unknown in ("free", "occupied"):
+        by_octree = snapshot.cast_rays(origins, directions, None, unknown, engine="octree")
+        by_masks = snapshot.cast_rays(origins, directions, None, unknown, engine="masks")
+        assert (by_masks.hit == by_octree.hit).all()
+        assert (by_masks.voxel == by_octree.voxel).all()
+        np.testing.assert_allclose(by_masks.t_m, by_octree.t_m, rtol=1e-14)
+        assert len(np.unique(by_octree.hit)) == 2
+
+
+def test_threads_that_ask_one_snapshot_at_once_share_its_masks_and_get_the_same_answers() -> None:
+    rng = np.random.default_rng(5)
+    snapshot = cubes_map(rng, 0.1, 20).snapshot()
+    origins, directions = rng.uniform(-2, 2, (20_000, 3)), rng.normal(size=(20_000, 3))
+    expected = snapshot.cast_rays(origins, directions, engine="octree")
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda _: snapshot.cast_rays(origins, directions), range(16)))
+    assert all((answer.voxel == expected.voxel).all() for answer in answers)
 
 
 def test_embree_scenes_hold_no_unknown_space() -> None:

@@ -17,7 +17,7 @@ from tests.support.rayvox_maps import leaves_of
 from tests.support.scenes import lattice_rays, random_rays, room_scan
 
 Vector = tuple[float, float, float]
-EXACT_ENGINES: tuple[Engine, ...] = ("dda", "beam", "auto")
+EXACT_ENGINES: tuple[Engine, ...] = ("dda", "beam", "embree", "auto")
 
 half_cells = st.integers(-12, 12).map(lambda k: k / 2)
 near_planes = st.builds(
@@ -61,24 +61,26 @@ def expected_cells(
 
 
 @settings(max_examples=300, deadline=None)
-@given(vector, vector, st.sampled_from([1.0, 0.05, 0.1, 0.001, 10.0]))
-def test_one_ray_passes_the_cells_of_the_exact_traversal(origin: Vector, end: Vector, resolution_m: float) -> None:
+@given(vector, vector, st.sampled_from([1.0, 0.05, 0.1, 0.001, 10.0]), st.sampled_from(EXACT_ENGINES))
+def test_one_ray_passes_the_cells_of_the_exact_traversal(
+    origin: Vector, end: Vector, resolution_m: float, engine: Engine
+) -> None:
     scaled = [tuple(float(x * resolution_m) for x in point) for point in (origin, end)]
     start, stop = (scaled[0][0], scaled[0][1], scaled[0][2]), (scaled[1][0], scaled[1][1], scaled[1][2])
-    assert cells_in_map(start, stop, resolution_m) == expected_cells(start, stop, resolution_m)
+    assert cells_in_map(start, stop, resolution_m, engine=engine) == expected_cells(start, stop, resolution_m)
 
 
 @settings(max_examples=150, deadline=None)
-@given(vector, vector, st.floats(0.25, 12.0), st.booleans())
+@given(vector, vector, st.floats(0.25, 12.0), st.booleans(), st.sampled_from(EXACT_ENGINES))
 def test_a_cut_or_silent_ray_frees_the_cells_of_the_exact_traversal_and_marks_none(
-    origin: Vector, end: Vector, max_range_m: float, returned: bool
+    origin: Vector, end: Vector, max_range_m: float, returned: bool, engine: Engine
 ) -> None:
     if not returned:
         # A silent ray is given by its reach from the origin: one more rounding, which the kernel makes too.
         reach = np.array(end) - origin
         x, y, z = (np.array(origin) + reach).tolist()
         end = (x, y, z)
-    found = cells_in_map(origin, end, 1.0, max_range_m=max_range_m, returned=returned)
+    found = cells_in_map(origin, end, 1.0, max_range_m=max_range_m, returned=returned, engine=engine)
     assert found == expected_cells(origin, end, 1.0, max_range_m, returned)
 
 
@@ -99,6 +101,8 @@ CORNERS = {
     "inside one cell": ((0.25, 0.25, 0.25), (0.75, 0.5, 0.25)),
     "ends on the face it runs to": ((0.5, 0.5, 0.5), (4.0, 0.5, 0.5)),
     "ends on the face it runs down to": ((4.5, 0.5, 0.5), (1.0, 0.5, 0.5)),
+    "axis-parallel upwards, on an edge, one voxel": ((0.0, 0.0, 0.5), (0.0, 0.0, 1.5)),
+    "one voxel": ((0.25, 0.5, 0.5), (1.25, 0.75, 0.5)),
     "one ulp short of a plane": ((0.5, 0.5, 0.5), (float(np.nextafter(3.0, 0.0)), 0.5, 0.5)),
     "one ulp off the diagonal": ((0.5, 0.5, 0.5), (4.5, float(np.nextafter(4.5, 9.0)), 4.5)),
     "nearly parallel": ((0.5, 1.0, 0.5), (5.5, float(np.nextafter(1.0, 0.0)), 0.5)),
@@ -173,9 +177,58 @@ def test_rays_of_many_thousand_voxels_are_exact(depth: int, engine: Engine) -> N
     assert_scan_is_exact(np.array([0.003, -0.001, 0.0]), points, 0.01, depth=depth, engine=engine)
 
 
-def test_a_ray_of_a_hundred_thousand_voxels_along_a_face_diagonal_is_exact() -> None:
-    points = np.array([[50_000.0, 50_000.0, 0.0], [50_000.0, -49_999.0, 0.0], [-50_000.0, 0.0, 0.0]])
-    assert_scan_is_exact(np.zeros(3), points, 1.0, depth=18)
+@pytest.mark.parametrize("engine", EXACT_ENGINES)
+def test_rays_of_a_hundred_thousand_voxels_are_exact(engine: Engine) -> None:
+    along_faces_and_edges = [[50_000.0, 50_000.0, 0.0], [50_000.0, -49_999.0, 0.0], [-100_000.0, 0.0, 0.0]]
+    aslant = [[61_234.5, 23_456.25, 15_309.75], [-33_333.3, 33_333.3, -33_333.3], [99_000.0, 0.5, -0.25]]
+    assert_scan_is_exact(np.zeros(3), np.array(along_faces_and_edges + aslant), 1.0, depth=18, engine=engine)
+
+
+ORIGINS = {
+    "on a corner": (0.0, 0.0, 0.0),
+    "on a corner below zero": (-3.0, 2.0, -1.0),
+    "on an edge": (0.5, 1.0, -2.0),
+    "on a face": (0.25, 0.5, 3.0),
+    "an ulp below a corner": (float(np.nextafter(1.0, 0.0)), float(np.nextafter(-2.0, -3.0)), -5e-324),
+    "inside a voxel": (0.3, 0.6, -0.2),
+}
+
+
+@pytest.mark.parametrize("engine", EXACT_ENGINES)
+@pytest.mark.parametrize("resolution_m", [1.0, 0.001, 10.0])
+@pytest.mark.parametrize("start", ORIGINS.values(), ids=ORIGINS.keys())
+def test_thousands_of_awkward_rays_from_one_origin_are_exact(
+    start: Vector, resolution_m: float, engine: Engine
+) -> None:
+    """Lattice ends, so rays along faces and edges and through corners; some a hair beside them, some random."""
+    rng = np.random.default_rng(41)
+    ends = rng.integers(-40, 41, (6000, 3)) / 2.0
+    ends[:2000] += start  # parallel to what the others are
+    ends[2000:3000] += rng.choice([-1e-13, 0.0, 1e-13], (1000, 3))
+    ends[3000:4000] = rng.uniform(-20, 20, (1000, 3))
+    ends[0] = start
+    assert_scan_is_exact(np.array(start) * resolution_m, ends * resolution_m, resolution_m, engine=engine)
+
+
+@pytest.mark.parametrize("engine", EXACT_ENGINES)
+def test_rays_that_start_inside_an_occupied_voxel_free_it_exactly(engine: Engine) -> None:
+    ours, oracle = rayvox.OccupancyMap(0.1), OracleMap(0.1)
+    inside, outside = np.array([0.234, -0.511, 0.377]), np.array([1.0, 0.5, -0.2])
+    around = random_rays(np.random.default_rng(43), 2000, 1.0)[1]
+    scans = [(outside, inside[None])] * 4 + [(inside, around)] * 3 + [(outside, inside[None]), (inside, around)]
+    for origin, points in scans:
+        ours.insert_scan(points, origin=tuple(origin.tolist()), engine=engine)
+        oracle.insert_scan(points, origin)
+        assert_same_leaves(leaves_of(ours), oracle.leaves())
+    assert ours.states_at([inside]).tolist() != [0]
+
+
+def test_the_engines_asked_for_are_those_that_run() -> None:
+    rng = np.random.default_rng(47)
+    points = random_rays(rng, 6000, 20.0)[1]
+    for engine in EXACT_ENGINES:
+        ran = rayvox.OccupancyMap(1.0).insert_scan(points, origin=(0.3, 0.6, -0.2), engine=engine).statistics.engine
+        assert engine in (ran, "auto")
 
 
 @pytest.mark.parametrize("engine", EXACT_ENGINES)

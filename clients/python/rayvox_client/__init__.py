@@ -1,9 +1,11 @@
 """rayvox_client: scans into a rayvox mapping service, occupancy out; numpy at both ends."""
 
 from rayvox_client.async_client import AsyncClient
+from rayvox_client.async_query_stream import AsyncPendingAnswer, AsyncQueryStream
 from rayvox_client.async_stream import AsyncScanStream
+from rayvox_client.attached_object import AttachedObject
 from rayvox_client.client import Client
-from rayvox_client.collisions import POSE_FREE, POSE_OCCUPIED, POSE_UNKNOWN, CollisionCheck, VoxelContacts
+from rayvox_client.collisions import POSE_FREE, POSE_OCCUPIED, POSE_UNKNOWN, CollisionCheck, MotionCheck, VoxelContacts
 from rayvox_client.errors import (
     ConflictError,
     ConnectionFailedError,
@@ -34,10 +36,12 @@ from rayvox_client.map_changes import MapChanges
 from rayvox_client.map_copy import MapCopy
 from rayvox_client.map_info import MapInfo, ServiceVersion
 from rayvox_client.occupancy import FREE, OCCUPIED, UNKNOWN, Occupancy, RayHits
+from rayvox_client.query_stream import PendingAnswer, QueryStream
 from rayvox_client.receipt import ClearReceipt, RefusedScan, ScanAck, ScanReceipt
 from rayvox_client.retry import RetryPolicy
 from rayvox_client.robot_info import RobotInfo, RobotLink
 from rayvox_client.scan import DepthScan, PosedScan, Scan
+from rayvox_client.self_filter import SelfFilter
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport
 from rayvox_client.stream import ScanStream
@@ -50,7 +54,10 @@ __all__ = [
     "POSE_UNKNOWN",
     "UNKNOWN",
     "AsyncClient",
+    "AsyncPendingAnswer",
+    "AsyncQueryStream",
     "AsyncScanStream",
+    "AttachedObject",
     "ClearReceipt",
     "Client",
     "CollisionCheck",
@@ -67,12 +74,15 @@ __all__ = [
     "MapExistsError",
     "MapInfo",
     "MapNotFoundError",
+    "MotionCheck",
     "NotFoundError",
     "Occupancy",
     "OutOfRangeError",
     "OutOfStepError",
     "OverloadedError",
+    "PendingAnswer",
     "PosedScan",
+    "QueryStream",
     "RayHits",
     "RayvoxClientError",
     "RefusedInputError",
@@ -87,6 +97,7 @@ __all__ = [
     "ScanConflictError",
     "ScanReceipt",
     "ScanStream",
+    "SelfFilter",
     "SensorModel",
     "SequenceReport",
     "ServiceError",

@@ -6,14 +6,15 @@ import os
 import ssl
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, Self, Unpack
+from typing import Literal, Self, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rayvox_client.async_query_stream import AsyncQueryStream
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
-from rayvox_client.collisions import CollisionCheck
+from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
     InvalidInputError,
@@ -30,10 +31,12 @@ from rayvox_client.intrinsics import Intrinsics
 from rayvox_client.map_changes import MapChanges
 from rayvox_client.map_info import MapInfo, ServiceVersion
 from rayvox_client.occupancy import Occupancy, RayHits
+from rayvox_client.question import Question
 from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.requests import Requests
 from rayvox_client.retry import RetryPolicy
 from rayvox_client.robot_info import RobotInfo
+from rayvox_client.robot_question import CheckOptions, MotionOptions, UnknownPolicy, check_question, motion_question
 from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import DepthScan, PosedOptions, PosedScan, Scan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
@@ -41,9 +44,8 @@ from rayvox_client.sequence import SequenceReport, Via
 from rayvox_client.sequence_upload import Scans, SequenceUpload
 from rayvox_client.transport import Transport
 
+T = TypeVar("T")
 Wait = Literal["applied", "journaled"]
-UnknownPolicy = Literal["free", "occupied"]
-ContactMode = Literal["none", "first", "all"]
 Geometry = Literal["collision", "visual"]
 FIRST_POLL_S = 0.005
 LAST_POLL_S = 0.25
@@ -96,8 +98,8 @@ class AsyncClient:
     async def create_map(
         self,
         name: str,
-        resolution_m: float,
-        depth: int = 16,
+        resolution_m: float | None = None,
+        depth: int | None = None,
         sensor_model: SensorModel | None = None,
         exist_ok: bool = False,
     ) -> MapInfo:
@@ -109,7 +111,11 @@ class AsyncClient:
             if not (exist_ok or error.after_lost_answer):
                 raise
             existing = await self.map_info(name)
-            wanted = (float(resolution_m), depth, sensor_model or SensorModel())
+            wanted = (
+                existing.resolution_m if resolution_m is None else float(resolution_m),
+                existing.depth if depth is None else depth,
+                sensor_model or SensorModel(),
+            )
             if (existing.resolution_m, existing.depth, existing.sensor_model) != wanted:
                 raise MapExistsError(error.status, error.slug, f"{existing!r} exists, with other settings") from error
             return existing
@@ -254,25 +260,29 @@ class AsyncClient:
         robot: str | RobotInfo,
         configurations: ArrayLike | None = None,
         T_map_base: ArrayLike | None = None,
-        *,
-        unknown: UnknownPolicy = "free",
-        padding_m: float = 0.0,
-        occupancy_threshold: float | None = None,
-        self_collision: bool = False,
-        contacts: ContactMode = "none",
-        min_revision: int | None = None,
+        **options: Unpack[CheckOptions],
     ) -> CollisionCheck:
         """See `Client.check`."""
-        fields = {
-            "unknown": unknown,
-            "padding_m": float(padding_m),
-            "occupancy_threshold": occupancy_threshold,
-            "self_collision": self_collision,
-            "contacts": contacts,
-        }
-        name = robot.name if isinstance(robot, RobotInfo) else robot
-        request, count = self._requests.collisions(map, name, configurations, T_map_base, fields, min_revision)
-        return CollisionCheck.from_frame((await self._answer(request)).frame(), count)
+        return await self._ask(map, check_question(robot, configurations, T_map_base, options))
+
+    async def check_motion(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        q_from: ArrayLike,
+        q_to: ArrayLike,
+        T_map_base: ArrayLike | None = None,
+        **options: Unpack[MotionOptions],
+    ) -> MotionCheck:
+        """See `Client.check_motion`."""
+        return await self._ask(map, motion_question(robot, q_from, q_to, T_map_base, options))
+
+    async def _ask(self, map: str, question: Question[T]) -> T:
+        return question.read((await self._answer(self._requests.question(map, question))).frame())
+
+    def open_queries(self, map: str) -> AsyncQueryStream:
+        """See `Client.open_queries`; an async context manager."""
+        return AsyncQueryStream(self._transport, self._endpoint, self._policy, self._timeout_s, map)
 
     async def changes(self, map: str, since: int) -> MapChanges:
         """See `Client.changes`."""

@@ -12,18 +12,20 @@ from typing import Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rayvox_client.async_client import AsyncClient, ContactMode, Geometry, UnknownPolicy, Wait
+from rayvox_client.async_client import AsyncClient, Geometry, Wait
 from rayvox_client.blocking_transport import BlockingTransport
-from rayvox_client.collisions import CollisionCheck
+from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression
 from rayvox_client.intrinsics import Intrinsics
 from rayvox_client.map_changes import MapChanges
 from rayvox_client.map_info import MapInfo, ServiceVersion
 from rayvox_client.occupancy import Occupancy, RayHits
+from rayvox_client.query_stream import QueryStream
 from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.retry import RetryPolicy
 from rayvox_client.robot_info import RobotInfo
+from rayvox_client.robot_question import CheckOptions, MotionOptions, UnknownPolicy
 from rayvox_client.scan import PosedOptions, PosedScan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport, Via
@@ -74,8 +76,8 @@ class Client:
     def create_map(
         self,
         name: str,
-        resolution_m: float,
-        depth: int = 16,
+        resolution_m: float | None = None,
+        depth: int | None = None,
         sensor_model: SensorModel | None = None,
         exist_ok: bool = False,
     ) -> MapInfo:
@@ -83,8 +85,8 @@ class Client:
 
         Args:
             name: 1 to 64 letters, digits, `_`, `-` or `.`, starting with a letter or digit.
-            resolution_m: edge of a finest-level cell, metres.
-            depth: levels, up to 21.
+            resolution_m: edge of a finest-level cell, metres; None for the service's own default.
+            depth: levels, up to 21; None for the service's own default.
             sensor_model: OctoMap's by default.
             exist_ok: take an existing map with the same settings.
 
@@ -124,7 +126,8 @@ class Client:
             wait: return when the map shows the scan ("applied"), or as soon as it is on disk ("journaled").
             compression: "zstd" for slow networks.
             **options: `origin` of the beams in the sensor frame; `max_range_m`; `no_return`, (k,3) direction times
-                range of beams that met nothing; `discretize`; `scan_id`; `stamp_s`; `scale_m` for int16 points.
+                range of beams that met nothing; `discretize`; `scan_id`; `stamp_s`; `scale_m` for int16 points;
+                `self_filter`, a `SelfFilter` that leaves the robot itself out of the map.
 
         Raises:
             InvalidInputError: wrong shape, not finite, not rigid, empty, or beyond the map's range.
@@ -273,13 +276,7 @@ class Client:
         robot: str | RobotInfo,
         configurations: ArrayLike | None = None,
         T_map_base: ArrayLike | None = None,
-        *,
-        unknown: UnknownPolicy = "free",
-        padding_m: float = 0.0,
-        occupancy_threshold: float | None = None,
-        self_collision: bool = False,
-        contacts: ContactMode = "none",
-        min_revision: int | None = None,
+        **options: Unpack[CheckOptions],
     ) -> CollisionCheck:
         """Whether a robot collides with the map, at configurations and base poses.
 
@@ -289,10 +286,12 @@ class Client:
                 robot without joints.
             T_map_base: (n,4,4) rigid poses of the robot's base; None for identity. One of either goes with any number
                 of the other.
-            unknown: whether unknown space is passed ("free"), or met as verdict 2 ("occupied").
-            padding_m: grows every link.
+            unknown: whether unknown space is passed ("free", the default), or met as verdict 2 ("occupied").
+            padding_m: grows every link; or a mapping, the links it names.
             occupancy_threshold: probability from which on a voxel is occupied; None for the map's own.
             self_collision: also say where links touch each other that must not.
+            allow, forbid: pairs of link names that may touch each other too, and that may not after all.
+            attached: `AttachedObject`s that the robot holds.
             contacts: "first" voxel met per pose, or "all" (of a few poses).
             min_revision: wait until the map has got so far.
 
@@ -302,20 +301,33 @@ class Client:
             TooLargeError: more poses than the service takes.
             ServiceTimeoutError: `min_revision` did not come in the time that the service waits.
         """
-        return run_blocking(
-            self._client.check(
-                map,
-                robot,
-                configurations,
-                T_map_base,
-                unknown=unknown,
-                padding_m=padding_m,
-                occupancy_threshold=occupancy_threshold,
-                self_collision=self_collision,
-                contacts=contacts,
-                min_revision=min_revision,
-            )
-        )
+        return run_blocking(self._client.check(map, robot, configurations, T_map_base, **options))
+
+    def check_motion(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        q_from: ArrayLike,
+        q_to: ArrayLike,
+        T_map_base: ArrayLike | None = None,
+        **options: Unpack[MotionOptions],
+    ) -> MotionCheck:
+        """Whether motions collide with the map anywhere, on which all joints move at constant speed and the base rests.
+
+        No collision lies between samples. A path is checked as `check_motion(map, robot, path[:-1], path[1:])`.
+
+        Args:
+            q_from, q_to: (n,j) joint values; one of either goes with any number of the other.
+            T_map_base: (4,4) rigid pose of the robot's base; None for identity.
+            tolerance_m: a motion that passes an obstacle closer than this may be reported as colliding; 5 mm if not
+                given.
+            Others, and errors: as `check`, without those about contacts and self-collision.
+        """
+        return run_blocking(self._client.check_motion(map, robot, q_from, q_to, T_map_base, **options))
+
+    def open_queries(self, map: str) -> QueryStream:
+        """A connection for many questions to one map, to be used as a context manager; see `QueryStream`."""
+        return QueryStream(self._client.open_queries(map))
 
     def changes(self, map: str, since: int) -> MapChanges:
         """What changed after revision `since`; 0 for everything."""

@@ -90,3 +90,37 @@ def _contacts_of(frame: Frame, count: int) -> VoxelContacts:
     if len(lengths) > 1 or not np.all((contacts.pose >= 0) & (contacts.pose < count)):
         raise MalformedAnswerError("verdicts frame: its contacts do not fit its poses")
     return contacts
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MotionCheck:
+    """Answers to n motions, all on one revision of the map.
+
+    Attributes:
+        verdicts: (n,) uint8, as of `CollisionCheck`, of where the motion first collides, or comes within the tolerance.
+        free_until: (n,) float64, the motion is free from parameter 0 up to this one; 1 where all of it is.
+        tolerance_m: a motion that is not free comes within this of a voxel that counts, along each axis of the map.
+        revision: the map's revision that was asked.
+    """
+
+    verdicts: NDArray[np.uint8]
+    free_until: NDArray[np.float64]
+    tolerance_m: float
+    revision: int
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """(n,) bool: free of the map from end to end."""
+        return np.equal(self.verdicts, POSE_FREE)
+
+    @classmethod
+    def from_frame(cls, frame: Frame, count: int) -> MotionCheck:
+        """Read a `motion_verdicts` frame that answers `count` motions."""
+        frame.expect("motion_verdicts")
+        verdicts, free_until = frame.array("verdicts", "|u1"), frame.array("free_until", "<f8")
+        if len(verdicts) != count or len(free_until) != count:
+            raise MalformedAnswerError(f"motion_verdicts frame: {len(verdicts)} verdicts answer {count} motions")
+        return cls(verdicts, free_until, frame.fields.number("tolerance_m"), frame.fields.integer("revision"))
+
+    def __repr__(self) -> str:
+        return f"MotionCheck({int(self.free.sum())} of {len(self.verdicts)} free at revision {self.revision})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,9 +15,12 @@ from rayvox_client.errors import InvalidInputError
 from rayvox_client.frame import MEDIA_TYPE, Compression, lay_out_frame
 from rayvox_client.http_message import HttpRequest
 from rayvox_client.intrinsics import Intrinsics
+from rayvox_client.question import Question
 from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import PosedScan
 from rayvox_client.sensor_model import SensorModel
+
+T = TypeVar("T")
 
 EXPORT_FORMATS = ("bt", "ot", "ply")
 GEOMETRIES = ("collision", "visual")
@@ -32,11 +36,16 @@ class Requests:
         """A plain GET below /v1."""
         return HttpRequest("GET", self._endpoint.target(path))
 
-    def create_map(self, name: str, resolution_m: float, depth: int, sensor_model: SensorModel | None) -> HttpRequest:
-        validation.positive_number(resolution_m, "resolution_m")
-        if not 1 <= depth <= 21:
-            raise InvalidInputError(f"depth = {depth!r} does not lie in 1 to 21")
-        body: dict[str, object] = {"name": name, "resolution_m": float(resolution_m), "depth": int(depth)}
+    def create_map(
+        self, name: str, resolution_m: float | None, depth: int | None, sensor_model: SensorModel | None
+    ) -> HttpRequest:
+        body: dict[str, object] = {"name": name}
+        if resolution_m is not None:
+            body["resolution_m"] = validation.positive_number(resolution_m, "resolution_m")
+        if depth is not None:
+            if not 1 <= depth <= 21:
+                raise InvalidInputError(f"depth = {depth!r} does not lie in 1 to 21")
+            body["depth"] = int(depth)
         if sensor_model is not None:
             body["sensor_model"] = sensor_model.to_json()
         return self._json("POST", self._endpoint.target("maps"), body)
@@ -115,27 +124,9 @@ class Requests:
         }
         return self._json("POST", self._endpoint.map_target(name, "depth_image", format="frame"), body)
 
-    def collisions(
-        self,
-        name: str,
-        robot: str,
-        configurations: ArrayLike | None,
-        T_map_base: ArrayLike | None,
-        fields: Mapping[str, object],
-        min_revision: int | None,
-    ) -> tuple[HttpRequest, int]:
-        """The query and how many answers it is to have. `fields` as in docs/frame.md; None is the service's default."""
-        payloads: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]] = {}
-        if configurations is not None:
-            payloads["configurations"] = validation.configuration_rows(configurations, "configurations")
-        if T_map_base is not None:
-            payloads["T_map_base"] = validation.base_poses(T_map_base, "T_map_base")
-        lengths = {len(array) for array in payloads.values()} - {1}
-        if len(lengths) > 1:
-            raise InvalidInputError(f"configurations and base poses are {sorted(lengths)}: as many of each, or one")
-        given = {key: value for key, value in fields.items() if value is not None}
-        header = {"robot": validation.path_name(robot, "robot"), **given}
-        return self._query(name, "collisions", header, payloads, min_revision), max(lengths, default=1)
+    def question(self, name: str, question: Question[T]) -> HttpRequest:
+        target = self._endpoint.map_target(name, question.kind, min_revision=question.min_revision)
+        return HttpRequest("POST", target, question.lay_out_frame(), MEDIA_TYPE)
 
     def clear_box(self, name: str, lo: ArrayLike, hi: ArrayLike) -> HttpRequest:
         lower, upper = validation.vector3(lo, "lo"), validation.vector3(hi, "hi")

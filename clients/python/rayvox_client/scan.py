@@ -13,6 +13,7 @@ from rayvox_client import validation
 from rayvox_client.errors import InvalidInputError
 from rayvox_client.frame import Compression, OutgoingFrame, lay_out_frame
 from rayvox_client.intrinsics import Intrinsics
+from rayvox_client.self_filter import SelfFilter
 
 
 class PosedOptions(TypedDict, total=False):
@@ -24,6 +25,7 @@ class PosedOptions(TypedDict, total=False):
     discretize: bool
     scan_id: str | uuid.UUID | None
     stamp_s: float | None
+    self_filter: SelfFilter | None
 
 
 class ScanOptions(PosedOptions, total=False):
@@ -43,9 +45,12 @@ class PosedScan(ABC):
         discretize: one ray per end-point voxel, as OctoMap's `discretize`.
         stamp_s: the sender's time, kept by the service, not interpreted.
         scan_id: UUID; sending the same scan again under it is harmless.
+        self_filter: the robot that carries the sensor, to be left out of the map.
     """
 
-    __slots__ = ("T_map_sensor", "discretize", "max_range_m", "no_return", "origin", "scan_id", "stamp_s")
+    __slots__ = (
+        "T_map_sensor", "discretize", "max_range_m", "no_return", "origin", "scan_id", "self_filter", "stamp_s"
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -57,6 +62,7 @@ class PosedScan(ABC):
         discretize: bool = False,
         scan_id: str | uuid.UUID | None = None,
         stamp_s: float | None = None,
+        self_filter: SelfFilter | None = None,
     ) -> None:
         self.T_map_sensor = validation.rigid_transform(T_map_sensor, "T_map_sensor")
         self.origin = validation.vector3(origin, "origin")
@@ -69,6 +75,7 @@ class PosedScan(ABC):
         self.stamp_s = None if stamp_s is None else float(stamp_s)
         if self.stamp_s is not None and not np.isfinite(self.stamp_s):
             raise InvalidInputError(f"stamp_s = {stamp_s!r} is not finite")
+        self.self_filter = self_filter
 
     @property
     @abstractmethod
@@ -93,6 +100,8 @@ class PosedScan(ABC):
             "discretize": self.discretize,
             "stamp_s": self.stamp_s,
         }
+        if self.self_filter is not None:
+            fields["self_filter"] = self.self_filter.to_json()
         measured_fields, payloads = self._measured()
         if self.no_return is not None and len(self.no_return):
             payloads["no_return"] = self.no_return

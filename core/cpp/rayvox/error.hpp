@@ -23,5 +23,9 @@ struct MapFormatError : Error {
 struct EngineUnavailable : Error {
   using Error::Error;
 };
+/// Work that was given up because its CancellationToken said so.
+struct Cancelled : Error {
+  using Error::Error;
+};
 
 }  // namespace rayvox

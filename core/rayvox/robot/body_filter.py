@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 import numpy as np
@@ -34,7 +35,6 @@ class BodyFilter:
             for link in robot.links
         ]
         self._capsules = np.array([link.capsule for link in robot.links])
-        self._paddings_m = [link.padding_m for link in robot.links]
 
     def classify(
         self,
@@ -42,12 +42,14 @@ class BodyFilter:
         configuration: npt.ArrayLike | None = None,
         T_base_sensor: npt.ArrayLike | None = None,
         origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+        padding_m: float | Mapping[str, float] = 0.0,
     ) -> npt.NDArray[np.uint8]:
         """(n,) ScanPoint of each point; the ends of rays without return are classified alike.
 
         points: (n, 3) float32 or float64, and `origin` of the beams, both in the sensor's frame, metres.
         configuration: (j,) joint values at the scan's time. T_base_sensor: (4, 4) pose of the sensor on the robot's
-        base; None for identity. Raises InvalidInputError.
+        base; None for identity; of one that is fastened to a link: link_poses(configuration)[0, link_index(name)].
+        padding_m: on top of that of all links, or of the named ones. Raises InvalidInputError.
         """
         pose = as_pose(T_base_sensor, "T_base_sensor")
         T_sensor_base = np.eye(4) if pose is None else _inverse(pose)
@@ -55,7 +57,7 @@ class BodyFilter:
         return _native.filter_body(
             self._meshes,
             self._capsules,
-            self._paddings_m,
+            self._robot.paddings_m(padding_m),
             T_sensor_links[0],
             as_points(points, "points"),
             as_points_f64(origin, "origin"),

@@ -111,8 +111,11 @@ class LinkTree:
             waiting.extend(reversed(children.get(order[-1], [])))
         if len(order) != len(links):
             raise self._wrong("its joints form a cycle")
-        by_name = {link.name: link for link in links}
-        return tuple(by_name[name] for name in order)
+        place = {link.name: i for i, link in enumerate(links)}
+        # Kept where it will do: an object attached to a robot comes after the robot's own links.
+        if all(place[by_child[link.name].parent] < place[link.name] for link in links if link.name in by_child):
+            return tuple(links)
+        return tuple(links[place[name]] for name in order)
 
     def _follow(self, joint: Joint) -> Mimic:
         """Which joint with a value of its own decides this one's, and how."""

@@ -29,6 +29,8 @@ UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 BODY = "body"  # the link of a robot that is one mesh
 # A continuous joint is sampled over one turn, and so is what has no limits.
 _SAMPLED_TURN = np.pi
+_SAMPLES_AT_LOAD = 200
+_PAIRS_AT_ONCE = 32
 
 
 class Robot:
@@ -37,7 +39,8 @@ class Robot:
     links: parents before their children; link i of poses and bounds is links[i]. joint_names: joints with a value of
     their own, in the order of the description: column i of a configuration is joint_names[i]. Joints that mimic
     another have no column. limits: (2, j) float64, lower and upper, radians or metres. allowed_collisions: pairs that
-    may touch, at first those that one joint joins or that are rigidly connected.
+    may touch, at first those that one joint joins or that are rigidly connected; of a robot that was loaded also those
+    that touch wherever its joints stand.
     """
 
     def __init__(
@@ -136,7 +139,7 @@ class Robot:
         robot = cls(parsed.name, parsed.links, parsed.joints)
         if not any(link.geometries for link in robot.links):
             raise RobotFormatError(f"{description}: no link has {geometry} geometry")
-        return robot
+        return robot.with_always_touching_allowed(_touches_within(budget, description), _SAMPLES_AT_LOAD)
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {len(self.links)} links, {len(self.joint_names)} joints)"
@@ -208,13 +211,22 @@ class Robot:
         capsules[:, 6] += [link.padding_m if link.geometries else 0.0 for link in self.links]
         return capsules
 
-    def with_padding(self, padding_m: float | Mapping[str, float]) -> Robot:
-        """All links, or the named ones, grown by so many metres in queries. Raises InvalidInputError."""
+    def paddings_m(self, more_m: float | Mapping[str, float] = 0.0) -> list[float]:
+        """Padding of each link, with so much more on all of them, or on the named ones. Raises InvalidInputError."""
+        wanted = self._by_link(more_m)
+        return [link.padding_m + wanted.get(link.name, 0.0) for link in self.links]
+
+    def _by_link(self, padding_m: float | Mapping[str, float]) -> dict[str, float]:
         wanted = dict(padding_m) if isinstance(padding_m, Mapping) else dict.fromkeys(self.link_names, padding_m)
         for name, value in wanted.items():
             self.link_index(name)
             if not 0 <= value < np.inf:
                 raise InvalidInputError(f"padding of {name}: {value!r} is not a finite number of at least zero")
+        return wanted
+
+    def with_padding(self, padding_m: float | Mapping[str, float]) -> Robot:
+        """All links, or the named ones, grown by so many metres in queries. Raises InvalidInputError."""
+        wanted = self._by_link(padding_m)
         links = [Link(k.name, k.geometries, float(wanted.get(k.name, k.padding_m))) for k in self.links]
         return Robot(self.name, links, self.joints, self.allowed_collisions)
 
@@ -227,7 +239,7 @@ class Robot:
         touch_links: Sequence[str] = (),
         padding_m: float = 0.0,
     ) -> Robot:
-        """With an object, as a grasped box, fastened to a link; it is a link of its own, on a fixed joint.
+        """With an object, as a grasped box, fastened to a link; it is a link of its own, the last, on a fixed joint.
 
         It may touch the link that it is fastened to and `touch_links`. Raises InvalidInputError.
         """
@@ -270,6 +282,21 @@ class Robot:
         always = pairs[touches(self, configurations, pairs).mean(axis=0) >= share]
         names = [(self.link_names[i], self.link_names[j]) for i, j in always]
         return self.with_allowed_collisions(self.allowed_collisions.with_allowed(names))
+
+
+def _touches_within(budget: LoadBudget, source: str) -> TouchTest:
+    # Imported late: collisions of robots stand above robots.
+    from rayvox.self_collision import links_touch
+
+    def touches(robot: Robot, configurations: FloatArray, pairs: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+        found = np.zeros((len(configurations), len(pairs)), dtype=bool)
+        for begin in range(0, len(pairs), _PAIRS_AT_ONCE):
+            budget.check_time(source)
+            part = slice(begin, begin + _PAIRS_AT_ONCE)
+            found[:, part] = links_touch(robot, configurations, pairs[part])
+        return found
+
+    return touches
 
 
 def _package_of(path: Path) -> Path:

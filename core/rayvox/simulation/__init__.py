@@ -10,6 +10,7 @@ from .building import make_building
 from .cylinder import Cylinder
 from .depth_camera import DepthCamera, DepthCapture, Intrinsics
 from .placement import Placement, rigid_transform, rotation_from_rpy
+from .random_floor import make_random_floor, random_floor_run
 from .robot_path import path_length_m, robot_boxes, robot_poses
 from .robot_run import T_BASE_CAMERA, T_BASE_LIDAR, RobotRun
 from .scan import Scan
@@ -37,7 +38,9 @@ __all__ = [
     "benchmark_views",
     "look_at",
     "make_building",
+    "make_random_floor",
     "path_length_m",
+    "random_floor_run",
     "rigid_transform",
     "robot_boxes",
     "robot_poses",

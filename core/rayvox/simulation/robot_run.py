@@ -34,6 +34,7 @@ class RobotRun:
     """`stations` stops along the drive: a depth image at each, a lidar sweep at every `lidar_every`-th.
 
     The same arguments give the same scans, bit for bit, in whatever order they are asked for. Poses are the truth.
+    T_map_base: (stations,4,4) float64, where it stops instead of along the drive through the building.
     """
 
     stations: int = 60
@@ -42,6 +43,7 @@ class RobotRun:
     scene: Scene = field(default_factory=make_building)
     camera: DepthCamera = field(default_factory=DepthCamera)
     lidar: SpinningLidar = field(default_factory=lambda: SpinningLidar(max_range_m=INDOOR_LIDAR_RANGE_M))
+    T_map_base: Float64Array | None = None
 
     def __len__(self) -> int:
         """Number of scans."""
@@ -49,7 +51,7 @@ class RobotRun:
 
     def base_poses(self) -> Float64Array:
         """T_map_base (stations,4,4) float64 of the robot at every stop."""
-        return robot_poses(self.stations)
+        return robot_poses(self.stations) if self.T_map_base is None else self.T_map_base
 
     def scans(self) -> Iterator[Scan]:
         """All scans in the order of their time."""

@@ -1,1 +1,1 @@
-"""The command line: `rayvox serve | upload | export | info | demo`."""
+"""The command line: `rayvox serve | upload | export | info | tune | demo`."""

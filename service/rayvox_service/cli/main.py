@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 from rayvox.errors import RayvoxError
 
-from rayvox_service.cli import demo, export, info, serve, upload
+from rayvox_service.cli import demo, export, info, serve, tune, upload
 from rayvox_service.cli.command_error import CommandError
 
-_COMMANDS = {"serve": serve, "upload": upload, "export": export, "info": info, "demo": demo}
+_COMMANDS = {"serve": serve, "upload": upload, "export": export, "info": info, "tune": tune, "demo": demo}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,11 +1,12 @@
 """Run the service.
 
-Every setting is a flag here and a RAYVOX_* variable in the environment; the flag wins.
+Every setting is a flag here, a RAYVOX_* variable in the environment and a line of a --settings file; the first wins.
 """
 
 from __future__ import annotations
 
 import argparse
+import tomllib
 from typing import Any
 
 from pydantic import ValidationError
@@ -45,3 +46,5 @@ def make_settings(given: dict[str, Any]) -> Settings:
             message = problem["msg"].removeprefix("Value error, ")
             complaints.append(f"--{name.replace('_', '-')}: {message}" if name else message)
         raise CommandError("; ".join(complaints)) from None
+    except tomllib.TOMLDecodeError as error:
+        raise CommandError(f"the settings file is no TOML: {error}") from None

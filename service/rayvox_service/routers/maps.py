@@ -11,7 +11,7 @@ from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from rayvox_service.hosted_map import HostedMap
-from rayvox_service.map_config import MapConfig
+from rayvox_service.map_config import NewMap
 from rayvox_service.request_body import read_json
 from rayvox_service.service import map_of, service_of
 
@@ -31,7 +31,8 @@ class Box(BaseModel):
 
 @router.post("/maps")
 async def create_map(request: Request) -> JSONResponse:
-    config = await read_json(request, MapConfig)
+    wanted, settings = await read_json(request, NewMap), service_of(request).settings
+    config = wanted.with_defaults(settings.map_resolution_m, settings.map_depth, settings.insertion)
     info = await asyncio.to_thread(lambda: service_of(request).store.create(config).info())
     return JSONResponse(info, 201, {"Location": f"/v1/maps/{config.name}"})
 

@@ -2,35 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from fastapi import APIRouter, Request
-from fastapi import Query as Parameter
 from fastapi.responses import Response
 
 from rayvox_service import frame
+from rayvox_service.answers import answer_json_rows, answer_rows
 from rayvox_service.depth_image import DepthImageQuery, depth_png
-from rayvox_service.frame import Bytes
-from rayvox_service.hosted_map import HostedMap
 from rayvox_service.problems import Problem
-from rayvox_service.queries import (
-    BoxesQuery,
-    PointsQuery,
-    Query,
-    RaysQuery,
-    answer_as_frame,
-    answer_as_json,
-    rows_of_frame,
-    rows_of_json,
-)
-from rayvox_service.request_body import JSON, RequestBody, check_fields, parse_json, read_json
+from rayvox_service.queries import BoxesQuery, PointsQuery, Query, RaysQuery, answer_as_frame
+from rayvox_service.request_body import read_json
+from rayvox_service.routers.query_exchange import MinRevision, Timeout, answer_query
 from rayvox_service.service import map_of, service_of
-from rayvox_service.settings import Settings
 
 router = APIRouter(tags=["queries"])
-
-MinRevision = Annotated[int | None, Parameter(ge=0, lt=1 << 62, description="wait until the map is that new")]
-Timeout = Annotated[float | None, Parameter(gt=0, allow_inf_nan=False, description="seconds to wait for it")]
 
 
 @router.post("/maps/{map_name}/points")
@@ -77,28 +63,5 @@ async def depth_image(
     return Response(content, media_type=media, headers={"Rayvox-Revision": str(revision)})
 
 
-async def _answer(request: Request, query: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:
-    service, hosted = service_of(request), map_of(request)
-    settings, incoming = service.settings, RequestBody(request.scope, request.receive)
-    media = incoming.media_type((JSON, frame.MEDIA_TYPE))
-    max_bytes = settings.max_json_bytes if media == JSON else settings.max_body_bytes
-    body = await incoming.read(max_bytes, settings.body_timeout_s)
-    await service.await_revision(hosted, min_revision, timeout_s)
-    content = await service.query(lambda: _compute(hosted, query, media, body, settings))
-    return Response(content, media_type=media)
-
-
-def _compute(hosted: HostedMap, query: type[Query], media: str, body: Bytes, settings: Settings) -> bytes:
-    """Runs in a query thread: parsing large bodies must not hold up the event loop."""
-    if media == JSON:
-        asked = parse_json(body, query)
-        rows = rows_of_json(asked)
-    else:
-        decoded = frame.decode_frame(body, settings.frame_limits)
-        rows = rows_of_frame(decoded, query, settings.max_points)
-        asked = check_fields(decoded.fields, query)
-    snapshot = hosted.snapshot()
-    answer = asked.run(snapshot, rows)
-    if media == JSON:
-        return answer_as_json(answer, snapshot.revision)
-    return answer_as_frame(query.ANSWER, answer, snapshot.revision)
+async def _answer(request: Request, kind: type[Query], min_revision: int | None, timeout_s: float | None) -> Response:
+    return await answer_query(request, min_revision, timeout_s, answer_rows(kind), answer_json_rows(kind))

@@ -9,8 +9,10 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 
-from rayvox_service.request_body import RequestBody, check_fields
-from rayvox_service.robot_config import ROBOT_TYPES, RobotConfig, check_robot_name
+from rayvox_service.checked_fields import check_fields
+from rayvox_service.names import check_name
+from rayvox_service.request_body import RequestBody
+from rayvox_service.robot_config import ROBOT_TYPES, RobotConfig
 from rayvox_service.robot_store import sha256_of
 from rayvox_service.service import service_of
 
@@ -22,7 +24,7 @@ _OPTIONS = ("scale", "geometry", "description")
 async def put_robot(request: Request) -> JSONResponse:
     """PUT /robots/{robot_name}?scale=1&geometry=collision|visual&description=robot.urdf"""
     service = service_of(request)
-    name = check_robot_name(request.path_params["robot_name"])
+    name = check_name("robot", request.path_params["robot_name"])
     incoming = RequestBody(request.scope, request.receive)
     file_format = ROBOT_TYPES[incoming.media_type(tuple(ROBOT_TYPES))]
     body = bytes(await incoming.read(service.settings.max_body_bytes, service.settings.body_timeout_s))

@@ -73,7 +73,7 @@ async def _take_scan(scope: Scope, receive: Receive) -> Receipt:
     if media != frame.MEDIA_TYPE:
         max_points = service.settings.max_points
         data = await asyncio.to_thread(point_cloud_to_frame, media, bytes(data), scan_id, parameters, max_points)
-    return await _insert(service, hosted.writer, Submission(KIND, data, scan_id, wait))
+    return await _insert(service, hosted.writer, Submission(KIND, data, scan_id, wait, service.robots.get))
 
 
 def _wait(text: str) -> Wait:

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import rayvox
 from rayvox.collision_checker import CollisionChecker
+from rayvox.self_collision import self_collisions
 
 from tests.support.robots import arm_archive, one_link, zipped
 
@@ -107,3 +111,47 @@ def test_poses_that_cannot_be_are_refused() -> None:
         checker.check(T_map_base=2 * np.eye(4))
     with pytest.raises(rayvox.InvalidInputError, match="contacts"):
         checker.check(contacts="some")  # type: ignore[arg-type]
+
+
+def test_padding_can_go_to_named_links_only() -> None:
+    snapshot, robot, pose = wall_map().snapshot(), box_robot(), at((0.85, 0, 0))
+    assert CollisionChecker(snapshot, robot, padding_m={"body": 0.051}).check(T_map_base=pose).verdicts.tolist() == [1]
+    assert CollisionChecker(snapshot, robot, padding_m={}).check(T_map_base=pose).verdicts.tolist() == [0]
+    for wrong in ({"tail": 0.1}, {"body": -0.1}, {"body": np.nan}):
+        with pytest.raises(rayvox.InvalidInputError):
+            CollisionChecker(snapshot, robot, padding_m=wrong)
+
+
+def test_a_cancelled_query_ends_with_its_error_and_the_checker_goes_on() -> None:
+    arm = rayvox.Robot.from_archive(arm_archive())
+    checker = CollisionChecker(wall_map().snapshot(), arm)
+    q = arm.sample_configurations(100, np.random.default_rng(0))
+    cancellation = rayvox.CancellationToken()
+    assert len(checker.check(q, self_collision=True, cancellation=cancellation).verdicts) == 100
+    cancellation.cancel()
+    assert cancellation.cancelled
+    with pytest.raises(rayvox.QueryCancelledError):
+        checker.check(q, cancellation=cancellation)
+    with pytest.raises(rayvox.QueryCancelledError):
+        checker.check_motion(q[:-1], q[1:], cancellation=cancellation)
+    with pytest.raises(rayvox.QueryCancelledError):
+        self_collisions(arm, arm.link_poses(q), cancellation)
+    assert len(checker.check(q).verdicts) == 100
+
+
+def test_a_query_is_cancelled_from_another_thread_while_it_runs() -> None:
+    arm = rayvox.Robot.from_archive(arm_archive())
+    checker = CollisionChecker(wall_map().snapshot(), arm)
+    q = arm.sample_configurations(20_000, np.random.default_rng(0))
+    cancellation, begun = rayvox.CancellationToken(), threading.Event()
+
+    def ask_until_cancelled() -> None:
+        while True:
+            begun.set()
+            checker.check(q, cancellation=cancellation)
+
+    with ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(ask_until_cancelled)
+        begun.wait()
+        cancellation.cancel()
+        assert isinstance(asking.exception(60), rayvox.QueryCancelledError)

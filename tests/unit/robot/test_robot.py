@@ -16,7 +16,7 @@ from rayvox.robot.bounding_capsule import bounding_capsule
 from rayvox.robot.primitives import box_mesh, cylinder_mesh, sphere_mesh
 
 from tests.support.mesh_files import CUBE_TRIANGLES, CUBE_VERTICES, stl_binary
-from tests.support.robots import REAL_ROBOTS, arm_archive, real_robot
+from tests.support.robots import REAL_ROBOTS, arm_archive, real_robot, zipped
 
 CUBE = TriangleMesh(CUBE_VERTICES - 0.5, CUBE_TRIANGLES)
 
@@ -118,6 +118,28 @@ def test_pairs_that_always_touch_are_found_by_sampling(arm: Robot) -> None:
     assert asked == [(100, 5)]
     assert robot.allowed_collisions.allows("left", "right")
     assert not robot.allowed_collisions.allows("base", "hand")
+
+
+def test_pairs_whose_meshes_always_overlap_may_touch_once_a_robot_is_loaded() -> None:
+    # Two hinges in a row; the first and the last link are longer than the one between them.
+    def link(name: str, length_m: float) -> str:
+        geometry = f'<geometry><box size="{length_m} 0.1 0.1"/></geometry>'
+        return f'<link name="{name}"><collision>{geometry}</collision></link>'
+
+    def hinge(parent: str, child: str, x: float) -> str:
+        ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{x} 0 0"/><axis xyz="0 0 1"/>'
+        return f'<joint name="{child}" type="revolute">{ends}<limit lower="-1" upper="1"/></joint>'
+
+    chain = link("a", 1) + link("b", 0.1) + link("c", 1) + link("d", 0.1)
+    joints = hinge("a", "b", 0.2) + hinge("b", "c", 0.0) + hinge("c", "d", 2.0)
+    robot = Robot.from_archive(zipped({"chain.urdf": f'<robot name="chain">{chain}{joints}</robot>'}))
+    assert robot.allowed_collisions.allows("a", "c")
+    assert not robot.allowed_collisions.allows("a", "d")
+
+
+def test_an_attached_object_comes_last_whatever_its_link(arm: Robot) -> None:
+    held = arm.with_attached("box", CUBE.scaled(0.05), "column").with_attached("ball", CUBE.scaled(0.05), "base")
+    assert held.link_names == (*arm.link_names, "box", "ball")
 
 
 def test_an_attached_object_moves_with_its_link(arm: Robot) -> None:

@@ -77,6 +77,21 @@ def test_a_scan_is_in_the_map_with_what_the_kernel_says_about_it(open_map: Opene
     assert leaves(hosted) == expected_leaves([1])
 
 
+@pytest.mark.parametrize("engine", ["dda", "embree"])
+def test_the_engine_that_was_set_inserts_and_its_receipt_says_so(open_map: Opener, engine: str) -> None:
+    pytest.importorskip("embreex" if engine == "embree" else "rayvox")
+    hosted = open_map(engine=engine)
+    receipt = insert(hosted, 1)
+    assert receipt.statistics is not None
+    assert receipt.statistics["engine"] == engine
+    assert (receipt.statistics["bvh_node_count"] > 0) == (engine == "embree")
+    stages = [receipt.statistics[name] for name in ("bvh_s", "cut_s", "shoot_s", "update_s")]
+    assert 0 < sum(stages) <= receipt.statistics["total_s"]
+    assert receipt.statistics["voxel_steps"] > 0
+    assert receipt.statistics["voxels_changed"] > 0
+    assert leaves(hosted) == expected_leaves([1])
+
+
 def test_a_reopened_map_equals_the_one_that_was_closed(open_map: Opener) -> None:
     hosted = open_map()
     for seed in range(5):

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "rayvox/collision/expansion.hpp"
+#include "rayvox/geometry/expansion.hpp"
 
 namespace rayvox {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "rayvox/collision/expansion.hpp"
 #include "rayvox/error.hpp"
+#include "rayvox/geometry/expansion.hpp"
 
 namespace rayvox {
 namespace {

@@ -162,60 +162,51 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3d& p, double within) const
   return found;
 }
 
-bool TriangleTree::touches(const Vec3d& p, double distance) const {
+template <class Enter, class Accept>
+bool TriangleTree::any_triangle(const Enter& enter, const Accept& accept) const {
   std::uint32_t stack[stack_nodes];
   std::size_t depth = 0;
-  const double squared = distance * distance;
   stack[depth++] = 0;
   while (depth > 0) {
     const Node& node = nodes_[stack[--depth]];
-    if (squared_distance_to_box(node.low, node.high, p) > squared) continue;
+    if (!enter(node.low, node.high)) continue;
     for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      if (squared_distance(triangles_[slot], p) <= squared) return true;
+      if (accept(slot)) return true;
     }
     if (node.count > 0) continue;
     stack[depth++] = node.first + 1;
     stack[depth++] = node.first;
   }
   return false;
+}
+
+bool TriangleTree::touches(const Vec3d& p, double distance) const {
+  const double squared = distance * distance;
+  return any_triangle(
+      [&](const Vec3d& low, const Vec3d& high) { return squared_distance_to_box(low, high, p) <= squared; },
+      [&](std::uint32_t slot) { return squared_distance(triangles_[slot], p) <= squared; });
 }
 
 bool TriangleTree::touches(const Vec3d& from, const Vec3d& to, double distance) const {
-  std::uint32_t stack[stack_nodes];
-  std::size_t depth = 0;
   const double squared = distance * distance;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const Node& node = nodes_[stack[--depth]];
-    if (!segment_meets_box(node.low, node.high, distance, from, to)) continue;
-    for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      const auto [low, high] = bounds_of(triangles_[slot]);
-      if (segment_meets_box(low, high, distance, from, to) && squared_distance(triangles_[slot], from, to) <= squared) {
-        return true;
-      }
-    }
-    if (node.count > 0) continue;
-    stack[depth++] = node.first + 1;
-    stack[depth++] = node.first;
-  }
-  return false;
+  const auto near = [&](const Vec3d& low, const Vec3d& high) {
+    return segment_meets_box(low, high, distance, from, to);
+  };
+  return any_triangle(near, [&](std::uint32_t slot) {
+    const auto [low, high] = bounds_of(triangles_[slot]);
+    return near(low, high) && squared_distance(triangles_[slot], from, to) <= squared;
+  });
 }
 
 bool TriangleTree::inside(const Vec3d& p) const {
-  std::uint32_t stack[stack_nodes];
-  std::size_t depth = 0;
   std::vector<std::int32_t> crossed;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const Node& node = nodes_[stack[--depth]];
-    if (node.high.x < p.x || node.low.y > p.y || node.high.y < p.y || node.low.z > p.z || node.high.z < p.z) continue;
-    for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      if (closed_part_[slot] >= 0 && crosses_in_front(triangles_[slot], p)) crossed.push_back(closed_part_[slot]);
-    }
-    if (node.count > 0) continue;
-    stack[depth++] = node.first + 1;
-    stack[depth++] = node.first;
-  }
+  const auto in_front = [&](const Vec3d& low, const Vec3d& high) {
+    return high.x >= p.x && low.y <= p.y && high.y >= p.y && low.z <= p.z && high.z >= p.z;
+  };
+  any_triangle(in_front, [&](std::uint32_t slot) {
+    if (closed_part_[slot] >= 0 && crosses_in_front(triangles_[slot], p)) crossed.push_back(closed_part_[slot]);
+    return false;
+  });
   std::sort(crossed.begin(), crossed.end());
   for (auto at = crossed.begin(); at != crossed.end();) {
     const auto end = std::upper_bound(at, crossed.end(), *at);

@@ -43,6 +43,10 @@ class TriangleTree {
   void emit_node(std::vector<std::uint32_t>& order, std::size_t first, std::size_t last,
                  const std::vector<Vec3d>& centres, const TriangleMeshView& mesh, std::size_t node);
 
+  /// Whether `accept` takes any triangle, by slot, of the nodes whose box `enter` lets in.
+  template <class Enter, class Accept>
+  bool any_triangle(const Enter& enter, const Accept& accept) const;
+
   std::vector<Node> nodes_;
   std::vector<Triangle> triangles_;        // by slot, leaf after leaf
   std::vector<std::uint32_t> index_of_;    // slot -> index in the mesh

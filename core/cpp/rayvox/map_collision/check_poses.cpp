@@ -91,6 +91,7 @@ MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink>
   std::vector<std::unique_ptr<Checker>> checkers(static_cast<std::size_t>(std::max(workers, 1)));
   std::vector<std::vector<VoxelContact>> contacts(tasks);
   parallel_for(tasks, std::max(workers, 1), [&](std::size_t task, int worker) {
+    if (options.cancellation) options.cancellation->throw_if_cancelled();
     std::unique_ptr<Checker>& checker = checkers[static_cast<std::size_t>(worker)];
     if (!checker) checker = std::make_unique<Checker>(map, links, options);
     for (std::size_t i = task * poses_per_task; i < std::min(count, (task + 1) * poses_per_task); ++i) {

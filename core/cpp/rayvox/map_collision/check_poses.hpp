@@ -6,6 +6,7 @@
 #include "rayvox/collision/collide.hpp"
 #include "rayvox/map_collision/link_body.hpp"
 #include "rayvox/octree/map_snapshot.hpp"
+#include "rayvox/parallel/cancellation.hpp"
 
 namespace rayvox {
 
@@ -25,7 +26,8 @@ struct MapCheckOptions {
   float occupied_log_odds = 0;                  // a voxel with at least these is occupied
   std::span<const double> more_padding_m = {};  // per pose and link, on top of the links' own; empty for none
   Contacts contacts = Contacts::none;
-  const CollisionKernels* kernels = nullptr;  // null: the best this processor runs
+  const CollisionKernels* kernels = nullptr;        // null: the best this processor runs
+  const CancellationToken* cancellation = nullptr;  // asked every few poses
 };
 
 struct MapCheckResult {
@@ -44,7 +46,7 @@ struct MapCheckLink {
 /// voxels or, if they count, unknown ones. All voxels are closed cubes; what lies beyond the octree is unknown. A pose
 /// that meets both is `occupied`. No collision is missed; a voxel within some 1e-14 of the sizes involved may count as
 /// touched. All threads. Throws InvalidInput for a pose that is not rigid, naming its index and link, and
-/// for paddings that are not finite and at least 0.
+/// for paddings that are not finite and at least 0; Cancelled when told to.
 MapCheckResult check_poses(const MapSnapshot& map, std::span<const MapCheckLink> links,
                            std::span<const double> T_map_links, const MapCheckOptions& options);
 

@@ -9,6 +9,12 @@
 
 namespace rayvox {
 
+/// Some lanes of a block's boxes, or of a leaf's triangles.
+struct BoxesOrTriangles {
+  std::uint32_t index = 0, lanes = 0;
+  bool triangles = false;
+};
+
 /// A rigid mesh's hierarchy as queries against maps traverse it: blocks of up to sixteen oriented boxes, relative to
 /// the mesh's centre, from one box around everything (block 0) down to leaves of up to sixteen triangles. Immutable.
 class LinkBody {
@@ -33,6 +39,20 @@ class LinkBody {
   const Solid& solid() const { return solid_; }
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<Leaf>& leaves() const { return leaves_; }
+  /// The lanes of a block whose boxes reach further than half_m along their longest axis.
+  std::uint32_t boxes_larger_than(std::uint32_t block, float half_m) const {
+    std::uint32_t larger = 0;
+    for (unsigned lane = 0; lane < 16; ++lane) {
+      larger |= static_cast<std::uint32_t>(blocks_[block].boxes.half[2][lane] > half_m) << lane;
+    }
+    return larger;
+  }
+  /// What a box of a block holds: the boxes of another block, or the triangles of a leaf.
+  BoxesOrTriangles opened(std::uint32_t block, int lane) const {
+    const std::uint32_t child = blocks_[block].child[lane];
+    if (blocks_[block].leaves >> lane & 1) return {child, (1u << leaves_[child].count) - 1, true};
+    return {child, static_cast<std::uint32_t>(blocks_[child].inner | blocks_[child].leaves), false};
+  }
 
  private:
   void add_child(Block& block, int lane, std::uint32_t node);

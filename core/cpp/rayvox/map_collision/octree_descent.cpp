@@ -8,14 +8,6 @@ namespace {
 // Boxes larger than the voxel are opened, smaller ones carried on: both shrink together.
 constexpr float opened_radius_of_half_edge = 2;
 
-bool any_unknown_below(const NodeCursor& node) {
-  if (!node.brick()) return node.slot().inner()->summary.any_unknown;
-  if (node.level() == brick_level) return node.brick()->any_unknown();
-  const std::uint64_t known = node.brick()->known[node.first_cell() / cells_per_octant];
-  if (node.level() == 2) return ~known != 0;
-  return (~known >> (node.first_cell() % cells_per_octant) & 0xff) != 0;
-}
-
 }  // namespace
 
 void OctreeDescent::start_pose(std::uint32_t pose) {
@@ -44,7 +36,7 @@ OctreeDescent::Relevance OctreeDescent::relevance(const NodeCursor& node) const 
   if (node.kind() == NodeCursor::Kind::unknown) return {false, unknown_counts};
   const bool occupied = node.log_odds() >= options_.occupied_log_odds;
   const bool inner = node.kind() == NodeCursor::Kind::inner;
-  return {occupied, unknown_counts && inner && any_unknown_below(node)};
+  return {occupied, unknown_counts && inner && node.any_unknown()};
 }
 
 void OctreeDescent::descend(const NodeCursor& node, const Cell& first, Front front) {

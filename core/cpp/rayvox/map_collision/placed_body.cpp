@@ -59,6 +59,7 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
   const double deviation = deviation_from_rotation(rotation_);
   margin_m_ = static_cast<float>((margin_of_size + 4 * deviation) * radius_m_ + least_margin_m +
                                  rounding_of_placement * norm(centre_));
+  scale_of_squares_ = static_cast<float>(1 - 8 * (margin_of_size + 4 * deviation));
   ++pose_;
   blocks_used_ = leaves_used_ = 0;
 }
@@ -91,43 +92,97 @@ bool PlacedBody::fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size
   return placed;
 }
 
-std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
+PlacedBoxes& PlacedBody::placed_block(std::uint32_t block) {
   PlacedBoxes* boxes;
   if (!fetch(block_slots_, blocks_, blocks_used_, pose_, block, boxes)) {
     kernels_.place_boxes(body_.blocks()[block].boxes, rotation_f32_, margin_m_, *boxes);
   }
+  return *boxes;
+}
+
+TriangleBlock& PlacedBody::placed_leaf(std::uint32_t leaf) {
+  TriangleBlock* triangles;
+  if (!fetch(leaf_slots_, leaves_, leaves_used_, pose_, leaf, triangles)) {
+    kernels_.place_triangles(body_.leaves()[leaf].triangles, rotation_f32_, *triangles);
+  }
+  return *triangles;
+}
+
+// The triangle at a position of the leaf order, relative to `origin`; raises `size` to the lengths that were rounded.
+Triangle PlacedBody::placed_triangle(std::uint32_t position, const Vec3d& origin, double& size) const {
+  Triangle placed = body_.mesh().triangle(body_.bvh().triangle_at(position));
+  size = std::max(size, norm(origin));
+  for (Vec3d& corner : placed) {
+    corner = corner + body_.mesh().centre_m();
+    size = std::max(size, norm(corner));
+    corner = turned(corner) - origin;
+  }
+  return placed;
+}
+
+std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
   const LinkBody::Block& lanes = body_.blocks()[block];
-  return kernels_.boxes_meeting_cube(*boxes, cube.local) & static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
+  return kernels_.boxes_meeting_cube(placed_block(block), cube.local) &
+         static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
 }
 
 bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
   const LinkBody::Leaf& leaf = body_.leaves()[index];
-  TriangleBlock* triangles;
-  if (!fetch(leaf_slots_, leaves_, leaves_used_, pose_, index, triangles)) {
-    kernels_.place_triangles(leaf.triangles, rotation_f32_, *triangles);
-  }
-  unsigned lanes = kernels_.triangles_meeting_cube(*triangles, cube.local) & ((1u << leaf.count) - 1);
-  const Vec3d& mesh_centre = body_.mesh().centre_m();
+  unsigned lanes = kernels_.triangles_meeting_cube(placed_leaf(index), cube.local) & ((1u << leaf.count) - 1);
   for (; lanes; lanes &= lanes - 1) {
-    const std::uint32_t triangle =
-        body_.bvh().triangle_at(leaf.first + static_cast<std::uint32_t>(__builtin_ctz(lanes)));
-    Triangle placed = body_.mesh().triangle(triangle);
-    double size = norm(cube.centre);
-    for (Vec3d& corner : placed) {
-      corner = corner + mesh_centre;
-      size = std::max(size, norm(corner));
-      corner = turned(corner) - cube.centre;
-    }
+    double size = 0;
+    const Triangle placed =
+        placed_triangle(leaf.first + static_cast<std::uint32_t>(__builtin_ctz(lanes)), cube.centre, size);
     if (triangle_meets_cube(placed, cube.half + rounding_of_placement * size)) return true;
   }
   return false;
 }
 
-CellBox PlacedBody::cells_in_reach(bool& may_reach_beyond) {
-  PlacedBoxes* root;
-  if (!fetch(block_slots_, blocks_, blocks_used_, pose_, 0, root)) {
-    kernels_.place_boxes(body_.blocks()[0].boxes, rotation_f32_, margin_m_, *root);
+NearLanes PlacedBody::near_cube(BoxesOrTriangles of, const PlacedCube& cube, float limit) {
+  if (of.triangles) return kernels_.triangles_near_cube(placed_leaf(of.index), cube.local, of.lanes, limit);
+  return kernels_.boxes_near_cube(placed_block(of.index), cube.local, of.lanes, limit);
+}
+
+void PlacedBody::near_octants(BoxesOrTriangles of, const PlacedCube& cube, unsigned octants, float limit,
+                              NearLanes* near) {
+  const double quarter = 0.5 * (cube.half - padding_m_);
+  LocalOctants cubes;
+  std::copy_n(cube.local.centre, 3, cubes.centre);
+  cubes.quarter = static_cast<float>(quarter);
+  cubes.half = static_cast<float>((quarter + padding_m_) * (1 + 4 * margin_of_size)) + margin_m_;
+  if (of.triangles) {
+    kernels_.triangles_near_octants(placed_leaf(of.index), cubes, octants, of.lanes, limit, near);
+  } else {
+    kernels_.boxes_near_octants(placed_block(of.index), cubes, octants, of.lanes, limit, near);
   }
+}
+
+bool PlacedBody::lower_to_triangle(std::uint32_t leaf, std::uint32_t lane, const PlacedCube& cube,
+                                   Separation& nearest) const {
+  double size = 0;
+  const Triangle placed = placed_triangle(body_.leaves()[leaf].first + lane, cube.centre, size);
+  Separation found = distance_to_cube(placed, cube.half);
+  found.distance = std::max(found.distance - rounding_of_placement * size, 0.0);
+  if (found.distance >= nearest.distance) return false;
+  nearest = found;
+  return true;
+}
+
+std::pair<Vec3d, Vec3d> PlacedBody::bounds() {
+  const PlacedBoxes& root = placed_block(0);
+  Vec3d low, high;
+  for (int c = 0; c < 3; ++c) {
+    const double middle = translation_[c] + centre_[c] + static_cast<double>(root.centre[c][0]);
+    const double extent = static_cast<double>(root.extent[c][0]) * (1 + margin_of_size) + padding_m_ +
+                          1e-14 * std::abs(middle);
+    low[c] = middle - extent;
+    high[c] = middle + extent;
+  }
+  return {low, high};
+}
+
+CellBox PlacedBody::cells_in_reach(bool& may_reach_beyond) {
+  const PlacedBoxes* root = &placed_block(0);
   const double half_extent = map_.half_extent(), r = map_.resolution_m();
   CellBox box{};
   may_reach_beyond = false;
@@ -158,6 +213,27 @@ bool PlacedBody::reaches_beyond_map() const {
     }
   }
   return false;
+}
+
+Separation PlacedBody::distance_to_border(double within) const {
+  const double h = map_.half_extent(), r = map_.resolution_m();
+  Separation nearest{within, {}, {}};
+  for (std::size_t t = 0; t < body_.mesh().triangle_count(); ++t) {
+    for (const Vec3d& corner : body_.mesh().triangle(t)) {
+      const Vec3d at = corner + body_.mesh().centre_m(), p = turned(at);
+      for (int c = 0; c < 3; ++c) {
+        for (const double side : {-h, h}) {
+          const double border = std::fma(side, r, -translation_[c]);
+          const double distance = (side > 0 ? border - p[c] : p[c] - border) - padding_m_;
+          const double least = distance - rounding_of_placement * (norm(at) + std::abs(border));
+          if (least >= nearest.distance) continue;
+          nearest = {std::max(least, 0.0), p, p};
+          nearest.on_cube[c] = border;
+        }
+      }
+    }
+  }
+  return nearest;
 }
 
 bool PlacedBody::encloses(const PlacedCube& cube) const {

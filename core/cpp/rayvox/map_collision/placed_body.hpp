@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "rayvox/geometry/rigid_transform.hpp"
 #include "rayvox/map_collision/link_body.hpp"
+#include "rayvox/map_collision/triangle_cube_distance.hpp"
 #include "rayvox/octree/box.hpp"
 #include "rayvox/simd/collision_kernels.hpp"
 
@@ -27,6 +29,7 @@ class PlacedBody {
   void place(const RigidTransform& T_map_link, double padding_m);
 
   const LinkBody& body() const { return body_; }
+  const Vec3d& translation() const { return translation_; }
   /// The voxel of 2^level cells from `first` on.
   PlacedCube cube(const Cell& first, int level) const;
   /// All cells that the padded body may touch, clipped to the octree; whether it may touch what lies beyond.
@@ -35,6 +38,20 @@ class PlacedBody {
   std::uint32_t lanes_meeting(std::uint32_t block, const PlacedCube& cube);
   /// Whether a triangle of a leaf meets the cube.
   bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
+
+  /// Lower bounds of squared distances below `limit`, of a block's boxes or a leaf's triangles from the cube, or from
+  /// its octants. Times scale_of_squares() they bound the true distances, for all that float32 and the pose take.
+  NearLanes near_cube(BoxesOrTriangles of, const PlacedCube& cube, float limit);
+  void near_octants(BoxesOrTriangles of, const PlacedCube& cube, unsigned octants, float limit, NearLanes* near);
+  float scale_of_squares() const { return scale_of_squares_; }
+  /// Lowers `nearest` to the distance of one of a leaf's triangles from the cube, whose points are then relative to the
+  /// cube's centre; true if it did.
+  bool lower_to_triangle(std::uint32_t leaf, std::uint32_t lane, const PlacedCube& cube, Separation& nearest) const;
+  /// A box in the map, metres, that holds the padded body.
+  std::pair<Vec3d, Vec3d> bounds();
+  /// The padded surface's distance from what lies beyond the octree, where it is less than `within`; points as above,
+  /// relative to the translation of the pose.
+  Separation distance_to_border(double within) const;
   /// Whether a point of the padded surface lies on the border of the octree or beyond.
   bool reaches_beyond_map() const;
   /// Whether the centre of a cube that no triangle meets, and so all of it, is inside a closed part.
@@ -48,13 +65,16 @@ class PlacedBody {
   static bool fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size_t& used, std::uint32_t pose,
                     std::uint32_t index, T*& out);
   Vec3d turned(const Vec3d& p) const;
+  PlacedBoxes& placed_block(std::uint32_t block);
+  TriangleBlock& placed_leaf(std::uint32_t leaf);
+  Triangle placed_triangle(std::uint32_t position, const Vec3d& origin, double& size) const;
 
   const LinkBody& body_;
   const MapGeometry& map_;
   const CollisionKernels& kernels_;
   double radius_m_, padding_m_ = 0;
   double rotation_[9], inverse_[9];
-  float rotation_f32_[9], margin_m_ = 0;
+  float rotation_f32_[9], margin_m_ = 0, scale_of_squares_ = 1;
   Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it
   std::uint32_t pose_ = 0;
   std::vector<Slot> block_slots_, leaf_slots_;

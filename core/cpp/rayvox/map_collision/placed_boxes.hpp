@@ -32,4 +32,18 @@ struct LocalCube {
   float half;
 };
 
+/// The eight octants of a cube, each a cube grown as above: octant i's centre lies `quarter` before or behind along x, y
+/// and z for the bits 0, 1 and 2 of i.
+struct LocalOctants {
+  float centre[3];
+  float quarter;
+  float half;
+};
+
+/// Of sixteen boxes or triangles the least bound of the squared distance, and the lanes where it is below a limit.
+struct NearLanes {
+  float least;
+  std::uint32_t lanes;
+};
+
 }  // namespace rayvox

@@ -58,4 +58,43 @@ float NodeCursor::log_odds() const {
   return brick_->cells(octant)[first_cell_ % cells_per_octant];
 }
 
+bool NodeCursor::any_unknown() const {
+  if (!brick_) return slot_->inner()->summary.any_unknown;
+  if (level_ == brick_level) return brick_->any_unknown();
+  const std::uint64_t known = brick_->known[first_cell_ / cells_per_octant];
+  if (level_ == 2) return ~known != 0;
+  return (~known >> (first_cell_ % cells_per_octant) & 0xff) != 0;
+}
+
+unsigned NodeCursor::children_at_least(float log_odds) const {
+  unsigned children = 0;
+  const int octant = first_cell_ / cells_per_octant;
+  for (int i = 0; i < 8; ++i) {
+    bool found = false;
+    if (!brick_) {
+      const NodeCursor below = child(i);
+      found = below.kind() != Kind::unknown && below.log_odds() >= log_odds;
+    } else if (level_ == brick_level) {
+      found = !brick_->is_unknown(i) && brick_->octant_max[i] >= log_odds;
+    } else {
+      const int per_child = 1 << (3 * (level_ - 1)), first = first_cell_ % cells_per_octant + i * per_child;
+      for (int cell = first; cell < first + per_child; ++cell) {
+        found |= (brick_->known[octant] >> cell & 1) != 0 && brick_->cells(octant)[cell] >= log_odds;
+      }
+    }
+    children |= static_cast<unsigned>(found) << i;
+  }
+  return children;
+}
+
+unsigned NodeCursor::children_with_unknown() const {
+  unsigned children = 0;
+  for (int i = 0; i < 8; ++i) {
+    const NodeCursor below = child(i);
+    const bool unknown = below.kind() == Kind::unknown || (below.kind() == Kind::inner && below.any_unknown());
+    children |= static_cast<unsigned>(unknown) << i;
+  }
+  return children;
+}
+
 }  // namespace rayvox

@@ -25,6 +25,12 @@ class NodeCursor {
   int level() const { return level_; }
   /// Log-odds of a leaf; of an inner node the maximum over its known cells, as OctoMap's.
   float log_odds() const;
+  /// Whether anything below an inner node is unknown.
+  bool any_unknown() const;
+  /// The children of an inner node (bit i: child i) in which a known cell has at least these log-odds.
+  unsigned children_at_least(float log_odds) const;
+  /// Those in which something is unknown.
+  unsigned children_with_unknown() const;
   /// Child 0 to 7 (x + 2y + 4z) of an inner node.
   NodeCursor child(int index) const;
   /// The slot, while the cursor is at or above brick level.

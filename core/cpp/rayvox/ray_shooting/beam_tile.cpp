@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "rayvox/octree/inner_node.hpp"
+#include "rayvox/octree/box.hpp"
+#include "rayvox/ray_shooting/changeable_blocks.hpp"
 
 namespace rayvox {
 namespace {
@@ -18,46 +19,40 @@ const Child* child_of(const Child* slot, int index) {
   return slot && slot->kind() == Child::Kind::inner ? &slot->inner()->child[index] : slot;
 }
 
-CellBlock child_of(const CellBlock& block, int index) {
-  CellBlock child{{}, block.level - 1};
-  for (int axis = 0; axis < 3; ++axis) child.cell[axis] = block.cell[axis] + (index >> axis & 1) * child.size();
-  return child;
-}
+CellBlock block_at(const Cell& first, int level) { return {{first[0], first[1], first[2]}, level}; }
 
 }  // namespace
 
-bool BeamShooter::nothing_to_change(const Child* slot) const {
-  if (!slot || slot->is_unknown()) return false;
-  const Summary summary = summary_of(*slot);
-  return !summary.any_unknown && summary.max_log_odds <= map_.model.clamp_min_log_odds;
+bool BeamShooter::is_wanted(const Child* slot, const Cell& first, int level) const {
+  return (!slot || is_changeable(*slot, map_.model.clamp_min_log_odds)) &&
+         kernels_.beam_reaches(scan_, block_at(first, level));
 }
 
 std::optional<std::vector<std::uint64_t>> BeamShooter::tiles_to_shoot(std::size_t most) const {
-  const std::int32_t low = -map_.geometry.half_extent();
   std::vector<std::uint64_t> tiles;
-  list_tiles(&map_.root, {{low, low, low}, map_.geometry.depth()}, most, tiles);
+  list_tiles(&map_.root, root_cell(map_.geometry), map_.geometry.depth(), most, tiles);
   if (tiles.size() > most) return std::nullopt;
   return tiles;
 }
 
-void BeamShooter::list_tiles(const Child* slot, const CellBlock& block, std::size_t most,
+void BeamShooter::list_tiles(const Child* slot, const Cell& first, int level, std::size_t most,
                              std::vector<std::uint64_t>& tiles) const {
-  if (tiles.size() > most || nothing_to_change(slot) || !kernels_.beam_reaches(scan_, block)) return;
-  if (block.level == map_.geometry.tile_level()) {
-    tiles.push_back(map_.geometry.morton_of({block.cell[0], block.cell[1], block.cell[2]}) >> (3 * block.level));
+  if (tiles.size() > most || !is_wanted(slot, first, level)) return;
+  if (level == map_.geometry.tile_level()) {
+    tiles.push_back(map_.geometry.morton_of(first) >> (3 * level));
     return;
   }
-  for (int i = 0; i < 8; ++i) list_tiles(child_of(slot, i), child_of(block, i), most, tiles);
+  for (int i = 0; i < 8; ++i) list_tiles(child_of(slot, i), child_cell(first, level, i), level - 1, most, tiles);
 }
 
 std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const Child& slot, BeamScratch& scratch) const {
   const int level = map_.geometry.tile_level();
-  const Cell cell = map_.geometry.cell_of_morton(tile << (3 * level));
-  const CellBlock block{{cell[0], cell[1], cell[2]}, level};
+  const Cell first = map_.geometry.cell_of_morton(tile << (3 * level));
+  const CellBlock block = block_at(first, level);
   const double rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
   const auto most = static_cast<std::uint64_t>(rays * ns_per_walked_ray * block.size() / 64 / ns_per_asked_cell);
   scratch.bricks.clear();
-  const std::uint64_t asked = collect(&slot, block, 0, most, scratch.bricks);
+  const std::uint64_t asked = collect(&slot, first, level, 0, most, scratch.bricks);
   if (asked > most) return walk_rays(block, scratch);
   for (const BeamScratch::WantedBrick& brick : scratch.bricks) {
     kernels_.shoot_brick(scan_, brick.block.cell, brick.wanted, scratch.masks.free + std::size_t{brick.brick} * 8);
@@ -67,19 +62,19 @@ std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const Child& slot, Bea
 
 // The bricks below the slot that rays reach, with the cells that a miss would change; returns how many cells. Stops
 // once these are more than `most`.
-std::uint64_t BeamShooter::collect(const Child* slot, const CellBlock& block, std::uint32_t brick, std::uint64_t most,
-                                   std::vector<BeamScratch::WantedBrick>& bricks) const {
-  if (nothing_to_change(slot) || !kernels_.beam_reaches(scan_, block)) return 0;
+std::uint64_t BeamShooter::collect(const Child* slot, const Cell& first, int level, std::uint32_t brick,
+                                   std::uint64_t most, std::vector<BeamScratch::WantedBrick>& bricks) const {
+  if (!is_wanted(slot, first, level)) return 0;
   std::uint64_t asked = 0;
-  if (block.level > brick_level) {
+  if (level > brick_level) {
     for (int i = 0; i < 8 && asked <= most; ++i) {
-      const auto code = static_cast<std::uint32_t>(i) << (3 * (block.level - 1 - brick_level));
-      asked += collect(child_of(slot, i), child_of(block, i), brick | code, most - asked, bricks);
+      const auto code = static_cast<std::uint32_t>(i) << (3 * (level - 1 - brick_level));
+      asked += collect(child_of(slot, i), child_cell(first, level, i), level - 1, brick | code, most - asked, bricks);
     }
     return asked;
   }
   BeamScratch::WantedBrick& wanted = bricks.emplace_back();
-  wanted.block = block;
+  wanted.block = block_at(first, level);
   wanted.brick = brick;
   for (int octant = 0; octant < 8; ++octant) {
     wanted.wanted[octant] = changeable_cells(slot, octant);

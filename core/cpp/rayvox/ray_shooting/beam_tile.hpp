@@ -42,11 +42,12 @@ class BeamShooter {
   std::uint64_t shoot_tile(std::uint64_t tile, const Child& slot, BeamScratch& scratch) const;
 
  private:
-  void list_tiles(const Child* slot, const CellBlock& block, std::size_t most, std::vector<std::uint64_t>& tiles) const;
-  std::uint64_t collect(const Child* slot, const CellBlock& block, std::uint32_t brick, std::uint64_t most,
+  bool is_wanted(const Child* slot, const Cell& first, int level) const;
+  void list_tiles(const Child* slot, const Cell& first, int level, std::size_t most,
+                  std::vector<std::uint64_t>& tiles) const;
+  std::uint64_t collect(const Child* slot, const Cell& first, int level, std::uint32_t brick, std::uint64_t most,
                         std::vector<BeamScratch::WantedBrick>& bricks) const;
   std::uint64_t walk_rays(const CellBlock& tile, BeamScratch& scratch) const;
-  bool nothing_to_change(const Child* slot) const;
   std::uint64_t changeable_cells(const Child* slot, int octant) const;
 
   const BeamScan& scan_;

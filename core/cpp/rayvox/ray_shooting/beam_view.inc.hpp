@@ -65,13 +65,18 @@ static inline bool face_reaches(const BeamFace& face, const SeenBox& box) {
   return false;
 }
 
-static bool beam_reaches(const BeamScan& scan, const CellBlock& block) {
-  bool holds_origin = true;  // which may lie on the block's border, where no ray is seen to enter
+// Whether the block holds the origin's cell.
+static inline bool holds_origin(const BeamScan& scan, const CellBlock& block) {
+  bool inside = true;
   for (int axis = 0; axis < 3; ++axis) {
     const double into = scan.origin_cell[axis] - block.cell[axis];
-    holds_origin = holds_origin && into >= 0 && into < (1 << block.level);
+    inside = inside && into >= 0 && into < (1 << block.level);
   }
-  if (holds_origin) return true;
+  return inside;
+}
+
+static bool beam_reaches(const BeamScan& scan, const CellBlock& block) {
+  if (holds_origin(scan, block)) return true;  // it may lie on the border, where no ray is seen to enter
   for (int f = 0; f < scan.face_count; ++f) {
     if (face_reaches(scan.face[f], see_block(scan, scan.face[f], block))) return true;
   }

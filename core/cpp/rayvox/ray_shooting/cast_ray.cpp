@@ -2,17 +2,19 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <string>
 
 #include "rayvox/error.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
-#include "rayvox/ray_shooting/occupied_scene.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
 #include "rayvox/ray_shooting/stop_finder.hpp"
+#include "rayvox/simd/kernels.hpp"
 
 namespace rayvox {
 namespace {
+
+// Masks of a building's map take some ten milliseconds to make, and save a ray a microsecond (benchmarks/RESULTS.md).
+constexpr std::size_t fewest_rays_for_masks = 16384;
 
 // The part of the ray inside the octree; `leaves` if there is more.
 struct ClippedRay {
@@ -75,14 +77,17 @@ RayHit miss(const ClippedRay& clipped, bool unknown_stops) {
           MapGeometry::cell_of(clipped.ray.end)};
 }
 
-RayHit cast_ray(const MapSnapshot& map, const ClippedRay& clipped, bool unknown_stops) {
+HitKind kind_of(StopFinder::Kind stop) {
+  return stop == StopFinder::Kind::occupied ? HitKind::occupied : HitKind::unknown_entered;
+}
+
+RayHit cast_through_octree(const MapSnapshot& map, const ClippedRay& clipped, bool unknown_stops) {
   RayWalker walker(clipped.ray);
   StopFinder finder(map, unknown_stops);
   for (;;) {
     const StopFinder::Stop stop = finder.find(walker.cell());
     if (stop.kind != StopFinder::Kind::none) {
-      const HitKind kind = stop.kind == StopFinder::Kind::occupied ? HitKind::occupied : HitKind::unknown_entered;
-      return {kind, walker.t() * clipped.length_m, walker.cell()};
+      return {kind_of(stop.kind), walker.t() * clipped.length_m, walker.cell()};
     }
     if (walker.end_in_block(stop.level)) break;
     walker.leave_block(stop.level);
@@ -90,48 +95,105 @@ RayHit cast_ray(const MapSnapshot& map, const ClippedRay& clipped, bool unknown_
   return miss(clipped, unknown_stops);
 }
 
-RayHit cast_ray(const MapSnapshot& map, const OccupiedScene& scene, const ClippedRay& clipped) {
+RayHit cast_through_scene(const MapSnapshot& map, const OccupiedScene& scene, const ClippedRay& clipped) {
   OccupiedScene::Hit hit;
   switch (scene.cast(clipped.ray, hit)) {
     case OccupiedScene::Answer::hit: return {HitKind::occupied, hit.t * clipped.length_m, hit.voxel};
     case OccupiedScene::Answer::nothing: return miss(clipped, false);
     case OccupiedScene::Answer::undecided: break;
   }
-  return cast_ray(map, clipped, false);
+  return cast_through_octree(map, clipped, false);
 }
 
-// Writes cast(ray) for every ray.
+RayHit answer_of(const MapSnapshot& map, const StopQuery& query, const ClippedRay& clipped, bool unknown_stops) {
+  switch (query.answer) {
+    case StopQuery::passes: return miss(clipped, unknown_stops);
+    case StopQuery::undecided: return cast_through_octree(map, clipped, unknown_stops);
+    case StopQuery::stopped: break;
+  }
+  const Cell cell{query.cell[0], query.cell[1], query.cell[2]};
+  const HitKind kind = unknown_stops ? kind_of(StopFinder(map, true).find(cell).kind) : HitKind::occupied;
+  return {kind, query.t * clipped.length_m, cell};
+}
+
+// A share of the rays that one thread casts at a time.
+struct Share {
+  static constexpr std::size_t width = 256;
+  std::size_t count = 0;
+  ClippedRay ray[width];
+  RayHit hit[width];
+};
+
+// Calls cast(share) for all rays, and writes the hits that it leaves there.
 template <class Cast>
-void for_all_rays(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
-                  const RayHits& hits, const Cast& cast) {
-  constexpr std::size_t rays_per_chunk = 512;
-  const std::size_t count = origins_m.count;
-  parallel_for((count + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
-    const std::size_t last = std::min(count, (chunk + 1) * rays_per_chunk);
-    for (std::size_t i = chunk * rays_per_chunk; i < last; ++i) {
-      const RayHit hit = cast(checked_ray(map, origins_m[i], directions[i], max_range_m, i));
-      hits.kind[i] = static_cast<std::uint8_t>(hit.kind);
-      hits.t_m[i] = hit.t_m;
-      std::copy(hit.voxel.begin(), hit.voxel.end(), hits.voxel + 3 * i);
+void for_all_rays(const MapSnapshot& map, const RayBatch& rays, const RayHits& hits, const Cast& cast) {
+  const std::size_t count = rays.origins_m.count;
+  parallel_for((count + Share::width - 1) / Share::width, [&](std::size_t index, int) {
+    Share share;
+    const std::size_t first = index * Share::width;
+    share.count = std::min(Share::width, count - first);
+    for (std::size_t i = 0; i < share.count; ++i) {
+      share.ray[i] =
+          checked_ray(map, rays.origins_m[first + i], rays.directions[first + i], rays.max_range_m, first + i);
     }
+    cast(share);
+    for (std::size_t i = 0; i < share.count; ++i) {
+      const RayHit& hit = share.hit[i];
+      hits.kind[first + i] = static_cast<std::uint8_t>(hit.kind);
+      hits.t_m[first + i] = hit.t_m;
+      std::copy(hit.voxel.begin(), hit.voxel.end(), hits.voxel + 3 * (first + i));
+    }
+  });
+}
+
+void cast_through_octree(const MapSnapshot& map, const RayBatch& rays, const RayHits& hits) {
+  for_all_rays(map, rays, hits, [&](Share& share) {
+    for (std::size_t i = 0; i < share.count; ++i) {
+      share.hit[i] = cast_through_octree(map, share.ray[i], rays.unknown_stops);
+    }
+  });
+}
+
+void cast_through_masks(const MapSnapshot& map, const StopMasks& masks, const RayBatch& rays, const RayHits& hits) {
+  const StopTree tree = masks.tree();
+  const Kernels& set = kernels();
+  for_all_rays(map, rays, hits, [&](Share& share) {
+    StopQuery query[Share::width];
+    for (std::size_t i = 0; i < share.count; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        query[i].origin[axis] = share.ray[i].ray.origin[axis];
+        query[i].end[axis] = share.ray[i].ray.end[axis];
+      }
+    }
+    set.find_first_stops(tree, query, share.count);
+    for (std::size_t i = 0; i < share.count; ++i) {
+      share.hit[i] = answer_of(map, query[i], share.ray[i], rays.unknown_stops);
+    }
+  });
+}
+
+void cast_through_scene(const MapSnapshot& map, const OccupiedScene& scene, const RayBatch& rays, const RayHits& hits) {
+  for_all_rays(map, rays, hits, [&](Share& share) {
+    for (std::size_t i = 0; i < share.count; ++i) share.hit[i] = cast_through_scene(map, scene, share.ray[i]);
   });
 }
 
 }  // namespace
 
-void cast_rays(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
-               bool unknown_stops, const RayHits& hits) {
-  for_all_rays(map, origins_m, directions, max_range_m, hits,
-               [&](const ClippedRay& ray) { return cast_ray(map, ray, unknown_stops); });
-}
-
-bool cast_rays_by_embree(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
-                         std::size_t most_leaves, const RayHits& hits) {
-  const std::optional<OccupiedScene> scene = OccupiedScene::of(map, EmbreeLibrary::get(), most_leaves);
-  if (!scene) return false;
-  for_all_rays(map, origins_m, directions, max_range_m, hits,
-               [&](const ClippedRay& ray) { return cast_ray(map, *scene, ray); });
-  return true;
+void cast_rays(const MapSnapshot& map, RayScenes& scenes, const RayBatch& rays, RayEngine engine, const RayHits& hits) {
+  if (engine == RayEngine::automatic) {
+    const bool pays = scenes.has_masks(rays.unknown_stops) || rays.origins_m.count >= fewest_rays_for_masks;
+    engine = pays ? RayEngine::masks : RayEngine::octree;
+  }
+  if (engine == RayEngine::masks) {
+    return cast_through_masks(map, scenes.masks(map, rays.unknown_stops), rays, hits);
+  }
+  if (engine == RayEngine::embree) {
+    if (rays.unknown_stops)
+      throw InvalidInput("engine 'embree' needs unknown='free': its scene holds occupied leaves only");
+    if (const OccupiedScene* scene = scenes.occupied(map)) return cast_through_scene(map, *scene, rays, hits);
+  }
+  cast_through_octree(map, rays, hits);
 }
 
 }  // namespace rayvox

@@ -4,6 +4,7 @@
 
 #include "rayvox/geometry/points_view.hpp"
 #include "rayvox/octree/map_snapshot.hpp"
+#include "rayvox/ray_shooting/ray_scenes.hpp"
 
 namespace rayvox {
 
@@ -16,17 +17,24 @@ struct RayHits {
   std::int64_t* voxel;  // 3 each: finest-level cell entered; the last one where nothing was met
 };
 
-/// For each ray the first occupied voxel or, if unknown space stops it, the first unknown one. The origin's own voxel
-/// counts. Directions need not be normalised. A max_range_m of 0 means as far as the octree reaches; beyond it all is
-/// unknown. Uses all cores. Throws InvalidInput for a zero or non-finite direction or a bad range, OutOfRange for an
-/// origin outside the octree; the messages name the ray.
-void cast_rays(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
-               bool unknown_stops, const RayHits& hits);
+/// How the rays find what stops them; the answers are the same.
+enum class RayEngine : std::uint8_t {
+  automatic,  // masks, where they are there already or the rays are many enough to pay for them
+  octree,     // strides through the octree's nodes
+  masks,      // strides through the snapshot's StopMasks
+  embree,     // an Embree scene of the snapshot's occupied leaves; unknown space stops nothing
+};
 
-/// The same answers, unknown space stopping nothing, through an Embree scene of the occupied leaves, made for this
-/// batch; worth it from about as many rays as there are such leaves. False, with nothing written, if the map has more
-/// than `most_leaves` of them or they lie too far apart. Throws EngineUnavailable besides.
-bool cast_rays_by_embree(const MapSnapshot& map, PointsView origins_m, PointsView directions, double max_range_m,
-                         std::size_t most_leaves, const RayHits& hits);
+struct RayBatch {
+  PointsView origins_m, directions;  // as many of each; directions need not be normalised
+  double max_range_m;                // 0: as far as the octree reaches
+  bool unknown_stops;
+};
+
+/// For each ray the first occupied voxel or, if unknown space stops it, the first unknown one. The origin's own voxel
+/// counts; beyond the octree all is unknown. Uses all cores. `scenes` belong to this snapshot. Throws InvalidInput for
+/// a zero or non-finite direction or a bad range, OutOfRange for an origin outside the octree (the messages name the
+/// ray), EngineUnavailable.
+void cast_rays(const MapSnapshot& map, RayScenes& scenes, const RayBatch& rays, RayEngine engine, const RayHits& hits);
 
 }  // namespace rayvox

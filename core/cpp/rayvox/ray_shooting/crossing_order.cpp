@@ -3,59 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rayvox/geometry/expansion.hpp"
 #include "rayvox/octree/map_geometry.hpp"
 
 namespace rayvox {
 namespace {
-
-// An unevaluated exact sum of float64 terms; `add` is Shewchuk's grow-expansion, so terms stay non-overlapping and
-// ordered by magnitude and the last non-zero term carries the sign.
-class Expansion {
- public:
-  void add(double b) {
-    double q = b;
-    for (int i = 0; i < size_; ++i) {
-      const double sum = q + terms_[i];
-      const double virtual_b = sum - q;
-      terms_[i] = (q - (sum - virtual_b)) + (terms_[i] - virtual_b);
-      q = sum;
-    }
-    terms_[size_++] = q;
-  }
-  void add_product(double a, double b) {
-    const double product = a * b;
-    add(std::fma(a, b, -product));
-    add(product);
-  }
-  int sign() const {
-    for (int i = size_ - 1; i >= 0; --i) {
-      if (terms_[i] != 0) return terms_[i] > 0 ? 1 : -1;
-    }
-    return 0;
-  }
-
- private:
-  double terms_[16];
-  int size_ = 0;
-};
-
-// a - b as an unevaluated sum high + low.
-struct Difference {
-  double high, low;
-  Difference(double a, double b) {
-    high = a - b;
-    const double virtual_b = a - high;
-    const double virtual_a = high + virtual_b;
-    low = (a - virtual_a) + (virtual_b - b);
-  }
-};
-
-void add_product(Expansion& sum, const Difference& a, const Difference& b, double sign) {
-  sum.add_product(sign * a.low, b.low);
-  sum.add_product(sign * a.low, b.high);
-  sum.add_product(sign * a.high, b.low);
-  sum.add_product(sign * a.high, b.high);
-}
 
 // The sign of t_a - t_b, where t_i = (border_i - origin_i) / (end_i - origin_i). Multiplied by both (same-signed)
 // denominators' magnitudes it is a difference of two products.
@@ -68,12 +20,10 @@ int compare_parameters(const Ray& ray, const Crossing& a, const Crossing& b) {
   // Three roundings of at most 2^-53 on either side.
   if (std::abs(left - right) > 0x1p-50 * (left > right ? left : right)) return left < right ? -1 : 1;
 
-  Expansion difference;
-  const double sign = (ea > oa) == (eb > ob) ? 1 : -1;
-  add_product(difference, Difference(a.border, oa), Difference(eb, ob), 1);
-  add_product(difference, Difference(b.border, ob), Difference(ea, oa), -1);
+  const int difference_sign =
+      (difference(a.border, oa) * difference(eb, ob) - difference(b.border, ob) * difference(ea, oa)).sign();
   // (a.border - oa)(eb - ob) has the sign of (ea - oa)(eb - ob).
-  return static_cast<int>(sign) * difference.sign();
+  return (ea > oa) == (eb > ob) ? difference_sign : -difference_sign;
 }
 
 }  // namespace

@@ -57,8 +57,6 @@ class Query : public embree::QueryContext {
     return moving;
   }
 
-  Cell end_cell(std::size_t lane) const { return MapGeometry::cell_of(rays_[indices_[lane]].end); }
-
   /// The packet as Embree takes it.
   embree::Ray16 relative_to(const Cell& anchor) const {
     embree::Ray16 shot;
@@ -160,10 +158,8 @@ void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geome
       arguments.flags = embree::query_coherent;
       arguments.context = &query;
       if (moving) occluded(valid, regions.scene(), &shot, &arguments);
-      for (std::size_t lane = 0; lane < count; ++lane) {
-        if (rays.marks_end[order[first + lane]]) own.add_end(query.end_cell(lane), geometry);
-      }
     }
+    own.add_ends(rays, chunk * rays_per_chunk, last, geometry);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "rayvox/octree/box.hpp"
 #include "rayvox/octree/node_cursor.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
 
@@ -18,18 +19,12 @@ constexpr std::int32_t farthest = 1 << 16;
 
 struct Collector {
   const float threshold;
-  const std::size_t most;
   std::vector<OccupiedScene::Box>& boxes;
 
   void visit(const NodeCursor& node, const Cell& first, int level) {
-    if (boxes.size() > most) return;
     if (node.kind() == NodeCursor::Kind::inner) {
       if (node.log_odds() < threshold) return;  // the maximum below it
-      const std::int32_t half = std::int32_t{1} << (level - 1);
-      for (int i = 0; i < 8; ++i) {
-        visit(node.child(i), {first[0] + (i & 1) * half, first[1] + (i >> 1 & 1) * half, first[2] + (i >> 2) * half},
-              level - 1);
-      }
+      for (int i = 0; i < 8; ++i) visit(node.child(i), child_cell(first, level, i), level - 1);
     } else if (node.kind() == NodeCursor::Kind::leaf && node.log_odds() >= threshold) {
       boxes.push_back({first, level});
     }
@@ -103,12 +98,11 @@ void take_candidate(const embree::IntersectFunctionArguments* arguments) {
 
 }  // namespace
 
-std::optional<OccupiedScene> OccupiedScene::of(const MapSnapshot& map, const EmbreeLibrary& library, std::size_t most) {
+std::optional<OccupiedScene> OccupiedScene::of(const MapSnapshot& map, const EmbreeLibrary& library) {
   auto boxes = std::make_unique<Boxes>();
+  Collector{map.model.occupied_log_odds, boxes->box}.visit(NodeCursor(map.root, map.geometry.depth()),
+                                                           root_cell(map.geometry), map.geometry.depth());
   const std::int32_t half = map.geometry.half_extent();
-  Collector{map.model.occupied_log_odds, most, boxes->box}.visit(NodeCursor(map.root, map.geometry.depth()),
-                                                                 {-half, -half, -half}, map.geometry.depth());
-  if (boxes->box.size() > most) return std::nullopt;
   Cell low{half, half, half}, high{-half, -half, -half};
   for (const Box& box : boxes->box) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

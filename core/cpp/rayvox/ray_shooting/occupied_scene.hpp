@@ -1,6 +1,6 @@
 #pragma once
 // First hits through Embree (Min, Han, Kim 2021, section IV-A: leaves as axis-aligned boxes in a BVH): a scene of the
-// occupied leaves of one snapshot, made for one batch of rays. Embree proposes boxes in the order of its hierarchy;
+// occupied leaves of one snapshot. Embree proposes boxes in the order of its hierarchy;
 // what a ray enters, and where first, is decided in float64 and, where that is too close, by exact arithmetic.
 #include <cstddef>
 #include <memory>
@@ -25,8 +25,8 @@ class OccupiedScene {
   };
   enum class Answer { hit, nothing, undecided };
 
-  /// Nothing if the snapshot has more than `most` occupied leaves, or they span more than float32 can hold apart.
-  static std::optional<OccupiedScene> of(const MapSnapshot& map, const EmbreeLibrary& library, std::size_t most);
+  /// Nothing if the snapshot's occupied leaves span more than float32 can hold apart.
+  static std::optional<OccupiedScene> of(const MapSnapshot& map, const EmbreeLibrary& library);
   OccupiedScene(OccupiedScene&& other) noexcept;
   OccupiedScene(const OccupiedScene&) = delete;
   ~OccupiedScene();

@@ -56,12 +56,7 @@ static std::size_t clip_rays(const BeamScan& scan, const CellBlock& block, std::
   using F = typename W::Float;
   using M = typename W::Mask;
   const F zero = W::broadcast(0.0), one = W::broadcast(1.0), margin = W::broadcast(clip_t_margin);
-  bool starts_inside = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double into = scan.origin_cell[axis] - block.cell[axis];
-    starts_inside = starts_inside && into >= 0 && into < (1 << block.level);
-  }
-  const M starts_outside = W::from_bits(starts_inside ? 0 : ~0u);
+  const M starts_outside = W::from_bits(holds_origin(scan, block) ? 0 : ~0u);
   std::size_t made = 0;
   for (std::uint32_t at = first; at < last; at += W::width) {
     const AxisClip<W> axes[3] = {

@@ -22,9 +22,10 @@ constexpr std::size_t fewest_rays_for_beams = 8192;
 void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;
   parallel_for(chunks, workers, [&](std::size_t chunk, int worker) {
-    const std::size_t first = chunk * rays_per_chunk;
-    workspace.bins[static_cast<std::size_t>(worker)].add(rays, first, std::min(first + rays_per_chunk, rays.count()),
-                                                         geometry);
+    TileBins& own = workspace.bins[static_cast<std::size_t>(worker)];
+    const std::size_t first = chunk * rays_per_chunk, last = std::min(first + rays_per_chunk, rays.count());
+    own.add_rays(rays, first, last, geometry);
+    own.add_ends(rays, first, last, geometry);
   });
 }
 

@@ -77,7 +77,7 @@ void TileBins::add_bin(std::uint64_t tile) {
   bins_.back().tile = tile;
 }
 
-void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
+void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
   const TileAddresses addresses(geometry);
   for (std::size_t ray = first; ray < last; ++ray) {
     RayWalker walker(rays[ray]);
@@ -93,8 +93,6 @@ void TileBins::add(const ScanRays& rays, std::size_t first, std::size_t last, co
       bin.segments.push_back(Segment::make(ray, addresses.within_tile(before), crossings));
       bin.crossings += static_cast<std::uint64_t>(crossings);
     }
-    if (!rays.marks_end[ray]) continue;
-    bin_of(walker.end_cell(), addresses).ends.push_back(addresses.within_tile(walker.end_cell()));
   }
 }
 
@@ -131,11 +129,6 @@ void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& p
     bin.segments.push_back(Segment::make(ray_of_lane[lane], entry, crossings));
     bin.crossings += static_cast<std::uint64_t>(crossings);
   }
-}
-
-void TileBins::add_end(const Cell& cell, const MapGeometry& geometry) {
-  const TileAddresses addresses(geometry);
-  bin_of(cell, addresses).ends.push_back(addresses.within_tile(cell));
 }
 
 std::size_t TileBins::bytes() const {

@@ -27,16 +27,14 @@ class TileBins {
  public:
   void clear();
   /// Cuts rays [first, last) exactly at tile borders.
-  void add(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
-  /// Bins only the end points of rays [first, last).
+  void add_rays(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
+  /// Bins the end points of rays [first, last).
   void add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
   /// One part of a ray inside the tile of `from`, the cell where it starts.
   void add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry);
   /// The parts of a packet's rays inside a box of one tile that starts at `box`.
   void add_segments(const std::uint32_t* ray_of_lane, const PassedBox& passed, const Cell& box,
                     const MapGeometry& geometry);
-  /// A cell that holds an end point.
-  void add_end(const Cell& cell, const MapGeometry& geometry);
   const std::vector<TileBin>& bins() const { return bins_; }
   /// Bytes held, spare memory included.
   std::size_t bytes() const;

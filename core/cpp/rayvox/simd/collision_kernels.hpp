@@ -68,6 +68,14 @@ struct CollisionKernels {
   unsigned (*boxes_meeting_cube)(const PlacedBoxes&, const LocalCube&);
   void (*place_triangles)(const TriangleBlock&, const float* rotation, TriangleBlock&);
   unsigned (*triangles_meeting_cube)(const TriangleBlock&, const LocalCube&);
+  // And its distance from them (map_collision/cube_gaps.inc.hpp).
+  NearLanes (*boxes_near_cube)(const PlacedBoxes&, const LocalCube&, std::uint32_t asked, float squared_limit);
+  NearLanes (*triangles_near_cube)(const TriangleBlock&, const LocalCube&, std::uint32_t asked, float squared_limit);
+  // Writes one answer for each of `octants`.
+  void (*boxes_near_octants)(const PlacedBoxes&, const LocalOctants&, unsigned octants, std::uint32_t asked,
+                             float squared_limit, NearLanes*);
+  void (*triangles_near_octants)(const TriangleBlock&, const LocalOctants&, unsigned octants, std::uint32_t asked,
+                                 float squared_limit, NearLanes*);
 };
 
 /// The kernels of the instruction set that kernels() chose.

@@ -14,6 +14,7 @@ namespace {
 #include "rayvox/collision/traverse.inc.hpp"
 #include "rayvox/collision/traverse_boxes.inc.hpp"
 #include "rayvox/map_collision/cube_tests.inc.hpp"
+#include "rayvox/map_collision/cube_gaps.inc.hpp"
 // clang-format on
 
 }  // namespace
@@ -27,6 +28,10 @@ const CollisionKernels collision_table{
     place_boxes<CollisionLanes>,
     boxes_meeting_cube<CollisionLanes>,
     place_triangles<CollisionLanes>,
-    triangles_meeting_cube<CollisionLanes>};
+    triangles_meeting_cube<CollisionLanes>,
+    boxes_near_cube<CollisionLanes>,
+    triangles_near_cube<CollisionLanes>,
+    boxes_near_octants<CollisionLanes>,
+    triangles_near_octants<CollisionLanes>};
 
 }  // namespace rayvox::portable

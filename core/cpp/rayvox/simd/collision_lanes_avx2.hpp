@@ -29,6 +29,17 @@ struct CollisionLanes {
   static Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
   static Float abs(Float a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
 
+  /// The least of `value` and the lanes of `v` that are set in `lanes`.
+  static float least(float value, Float v, unsigned lanes) {
+    float values[8];
+    _mm256_storeu_ps(values, v);
+    for (; lanes; lanes &= lanes - 1) {
+      const float one = values[__builtin_ctz(lanes)];
+      if (one < value) value = one;
+    }
+    return value;
+  }
+
   static Mask greater(Float a, Float b) { return _mm256_cmp_ps(a, b, _CMP_GT_OQ); }
   static Mask not_less(Float a, Float b) { return _mm256_cmp_ps(a, b, _CMP_GE_OQ); }
   static Float select(Mask m, Float a, Float b) { return _mm256_blendv_ps(b, a, m); }

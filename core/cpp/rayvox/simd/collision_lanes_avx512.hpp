@@ -29,6 +29,11 @@ struct CollisionLanes {
   static Float max(Float a, Float b) { return _mm512_max_ps(a, b); }
   static Float abs(Float a) { return _mm512_abs_ps(a); }
 
+  /// The least of `value` and the lanes of `v` that are set in `lanes`.
+  static float least(float value, Float v, unsigned lanes) {
+    return _mm512_reduce_min_ps(_mm512_mask_mov_ps(_mm512_set1_ps(value), static_cast<__mmask16>(lanes), v));
+  }
+
   static Mask greater(Float a, Float b) { return _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ); }
   static Mask not_less(Float a, Float b) { return _mm512_cmp_ps_mask(a, b, _CMP_GE_OQ); }
   static Float select(Mask m, Float a, Float b) { return _mm512_mask_blend_ps(m, b, a); }

@@ -34,6 +34,9 @@ struct CollisionLanes {
   static Float max(Float a, Float b) { return a > b ? a : b; }
   static Float abs(Float a) { return __builtin_fabsf(a); }
 
+  /// The least of `value` and the lanes of `v` that are set in `lanes`.
+  static float least(float value, Float v, unsigned) { return v < value ? v : value; }
+
   static Mask greater(Float a, Float b) { return a > b; }
   static Mask not_less(Float a, Float b) { return a >= b; }
   static Float select(Mask m, Float a, Float b) { return m ? a : b; }

@@ -8,6 +8,7 @@
 
 #include "rayvox/ray_shooting/beam_scan.hpp"
 #include "rayvox/ray_shooting/segment.hpp"
+#include "rayvox/ray_shooting/stop_tree.hpp"
 
 namespace rayvox {
 
@@ -107,6 +108,8 @@ struct Kernels {
   /// before its end's cell.
   void (*shoot_brick)(const BeamScan&, const std::int32_t brick_cell[3], const std::uint64_t wanted[8],
                       std::uint64_t passed[8]);
+  /// Answers the queries where float64 can (ray_shooting/first_stop.inc.hpp).
+  void (*find_first_stops)(const StopTree&, StopQuery*, std::size_t count);
 };
 
 /// The best kernels this processor runs. The environment variable RAYVOX_SIMD (avx512, avx2, portable) forces a set;

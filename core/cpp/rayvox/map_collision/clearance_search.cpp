@@ -1,0 +1,170 @@
+#include "rayvox/map_collision/clearance_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rayvox {
+namespace {
+
+constexpr auto is_farther = [](const auto& a, const auto& b) { return a.squared > b.squared; };
+
+}  // namespace
+
+PoseClearance ClearanceSearch::nearest_voxel(std::span<PlacedBody> bodies) {
+  start(bodies);
+  for (Pair pair; pop(pair);) {
+    if (pair.body == whole_robot) {
+      expand_robot(pair);
+    } else {
+      expand(pair);
+    }
+  }
+  if (options_.unknown_is_occupied) measure_borders();
+  found_.clearance_m = nearest_.distance;
+  found_.is_lower_bound = found_.link < 0;
+  return found_;
+}
+
+void ClearanceSearch::start(std::span<PlacedBody> bodies) {
+  bodies_ = bodies;
+  bounds_.clear();
+  pairs_.clear();
+  queue_.clear();
+  nearest_ = {options_.max_clearance_m, {}, {}};
+  found_ = {};
+  robot_ = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (PlacedBody& body : bodies) {
+    const auto [low, high] = body.bounds();
+    bounds_.push_back({low, high});
+    for (int c = 0; c < 3; ++c) {
+      robot_.low[c] = std::min(robot_.low[c], low[c]);
+      robot_.high[c] = std::max(robot_.high[c], high[c]);
+    }
+  }
+  const NodeCursor root(map_.root, map_.geometry.depth());
+  if (!bodies.empty()) push(0, {whole_robot, {}, root, root_cell(map_.geometry)});
+}
+
+bool ClearanceSearch::pop(Pair& pair) {
+  if (queue_.empty()) return false;
+  std::pop_heap(queue_.begin(), queue_.end(), is_farther);
+  const Bound bound = queue_.back();
+  queue_.pop_back();
+  pair = pairs_[bound.pair];
+  return bound.squared < nearest_.distance * nearest_.distance;
+}
+
+void ClearanceSearch::push(float squared, const Pair& pair) {
+  if (squared >= nearest_.distance * nearest_.distance) return;
+  queue_.push_back({squared, static_cast<std::uint32_t>(pairs_.size())});
+  pairs_.push_back(pair);
+  std::push_heap(queue_.begin(), queue_.end(), is_farther);
+}
+
+// The robot is one box to nodes that are larger.
+void ClearanceSearch::expand_robot(const Pair& pair) {
+  const Vec3d size = robot_.high - robot_.low;
+  const int level = pair.node.level();
+  const double node_m = std::ldexp(map_.geometry.resolution_m(), level);
+  if (pair.node.kind() == NodeCursor::Kind::inner && node_m > std::max({size.x, size.y, size.z})) {
+    for (unsigned children = counting_children(pair.node); children; children &= children - 1) {
+      const int i = __builtin_ctz(children);
+      const Cell first = child_cell(pair.first, level, i);
+      push(squared_gap(robot_, first, level - 1), {whole_robot, {}, pair.node.child(i), first});
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const float squared = squared_gap(bounds_[i], pair.first, level);
+    push(squared, {static_cast<std::int32_t>(i), {0, 1, false}, pair.node, pair.first});
+  }
+}
+
+// What is larger is opened: a node, or those boxes that are larger than it.
+void ClearanceSearch::expand(const Pair& pair) {
+  const PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  const PlacedCube cube = body.cube(pair.first, pair.node.level());
+  const bool is_inner = pair.node.kind() == NodeCursor::Kind::inner;
+  if (pair.of.triangles) return is_inner ? open_node(pair, cube) : measure_triangles(pair, cube);
+  Pair smaller = pair, larger = pair;
+  if (is_inner) larger.of.lanes &= body.body().boxes_larger_than(pair.of.index, cube.local.half);
+  smaller.of.lanes &= ~larger.of.lanes;
+  if (smaller.of.lanes) open_node(smaller, cube);
+  open_boxes(larger, cube);
+}
+
+void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
+  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  const unsigned children = counting_children(pair.node);
+  NearLanes near[8];
+  body.near_octants(pair.of, cube, children, squared_limit(body), near);
+  for (unsigned rest = children; rest; rest &= rest - 1) {
+    const int i = __builtin_ctz(rest);
+    if (near[i].lanes == 0) continue;
+    Pair child{pair.body, pair.of, pair.node.child(i), child_cell(pair.first, pair.node.level(), i)};
+    child.of.lanes = near[i].lanes;
+    push(near[i].least * body.scale_of_squares(), child);
+  }
+}
+
+void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube) {
+  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  for (std::uint32_t lanes = pair.of.lanes; lanes; lanes &= lanes - 1) {
+    Pair opened = pair;
+    opened.of = body.body().opened(pair.of.index, __builtin_ctz(lanes));
+    const NearLanes near = body.near_cube(opened.of, cube, squared_limit(body));
+    opened.of.lanes = near.lanes;
+    if (near.lanes) push(near.least * body.scale_of_squares(), opened);
+  }
+}
+
+void ClearanceSearch::measure_triangles(const Pair& pair, const PlacedCube& cube) {
+  PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
+  std::uint32_t lanes = body.near_cube(pair.of, cube, squared_limit(body)).lanes;
+  for (; lanes; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+    if (!body.lower_to_triangle(pair.of.index, lane, cube, nearest_)) continue;
+    found_.link = pair.body;
+    found_.point_m = nearest_.on_triangle + cube.centre + body.translation();
+    const Vec3d gap = nearest_.on_cube - nearest_.on_triangle;
+    found_.direction = gap * (1 / norm(gap));
+    found_.first = pair.first;
+    found_.level = pair.node.level();
+  }
+}
+
+void ClearanceSearch::measure_borders() {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Separation border = bodies_[i].distance_to_border(nearest_.distance);
+    if (border.distance >= nearest_.distance) continue;
+    nearest_ = border;
+    found_.link = static_cast<std::int32_t>(i);
+    found_.point_m = border.on_triangle + bodies_[i].translation();
+    const Vec3d gap = border.on_cube - border.on_triangle;
+    found_.direction = gap * (1 / norm(gap));
+    found_.level = -1;
+  }
+}
+
+unsigned ClearanceSearch::counting_children(const NodeCursor& node) const {
+  const unsigned occupied = node.children_at_least(options_.occupied_log_odds);
+  return options_.unknown_is_occupied ? occupied | node.children_with_unknown() : occupied;
+}
+
+float ClearanceSearch::squared_gap(const Box& box, const Cell& first, int level) const {
+  const double r = map_.geometry.resolution_m(), edge = std::ldexp(r, level);
+  double squared = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double low = first[static_cast<std::size_t>(c)] * r;
+    const double gap = std::max({box.low[c] - (low + edge), low - box.high[c], 0.0});
+    squared += gap * gap;
+  }
+  return static_cast<float>(squared * (1 - 1e-6));
+}
+
+// A body's bounds of this or more need not be looked at.
+float ClearanceSearch::squared_limit(const PlacedBody& body) const {
+  return static_cast<float>(nearest_.distance * nearest_.distance) / body.scale_of_squares();
+}
+
+}  // namespace rayvox

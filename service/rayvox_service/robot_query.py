@@ -1,0 +1,41 @@
+"""What collision and motion queries say of the robot they are about."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+from rayvox import CollisionChecker, MapSnapshot, Robot
+
+from rayvox_service.robot_variant import AttachedObject, RobotVariant
+from rayvox_service.stored_robot import StoredRobot
+
+PaddingM = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+LinkPair = tuple[str, str]
+UnknownPolicy = Literal["free", "occupied"]
+
+
+class RobotQuery(BaseModel):
+    """JSON fields, or a frame's header."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    robot: str
+    attached: tuple[AttachedObject, ...] = Field(default=(), max_length=64)
+    allow: tuple[LinkPair, ...] = Field(default=(), max_length=10_000, description="pairs of links that may touch")
+    forbid: tuple[LinkPair, ...] = Field(default=(), max_length=10_000, description="pairs that may not after all")
+    unknown: UnknownPolicy | None = Field(default=None, description="the service's setting where it is not said")
+    padding_m: PaddingM | dict[str, PaddingM] = 0.0
+    occupancy_threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
+
+    def with_default(self, unknown: UnknownPolicy) -> Self:
+        """The query with this policy for unknown space, unless it has one of its own."""
+        return self if self.unknown is not None else self.model_copy(update={"unknown": unknown})
+
+    def variant_of(self, stored: StoredRobot) -> Robot:
+        """The uploaded robot with what it carries now. Raises rayvox.InvalidInputError."""
+        return stored.variant(RobotVariant(attached=self.attached, allow=self.allow, forbid=self.forbid))
+
+    def checker(self, snapshot: MapSnapshot, robot: Robot) -> CollisionChecker:
+        """Raises rayvox.InvalidInputError."""
+        return CollisionChecker(snapshot, robot, self.unknown or "free", self.padding_m, self.occupancy_threshold)

@@ -1,0 +1,12 @@
+#include <immintrin.h>
+
+#include "lanes_probe.hpp"
+
+namespace lanes_probe::avx2 {
+namespace {
+#include "rayvox/simd/collision_lanes_avx2.hpp"
+}
+
+Output run(const Input& in) { return probe<CollisionLanes>(in); }
+
+}  // namespace lanes_probe::avx2

@@ -45,13 +45,13 @@ void BvhEncoder::merge_upwards(const Merge& merge) const {
 void BvhEncoder::run() {
   const std::size_t count = tree_.nodes.size();
   bvh_.nodes_.resize(count);
-  bvh_.leaf_vertices_.resize(9 * tree_.triangle_order.size());
+  // Vectors of rows of fewer than sixteen values reach beyond the last row.
+  constexpr std::size_t reach = 32;
+  bvh_.leaf_vertices_.resize(9 * tree_.triangle_order.size() + reach);
   const bool hybrid = bvh_.options_.traversal == Traversal::hybrid;
   find_supports();
   if (hybrid) find_moments();
   for_each_node(0, count, [&](std::size_t i) { place_node(i); });
-  // Vectors of rows of fewer than sixteen values reach beyond the last row.
-  constexpr std::size_t reach = 32;
   if (hybrid) {
     for_each_node(0, count, [&](std::size_t i) { fit_box(i); });
     bvh_.boxes_.resize(count * box_rows + reach);
@@ -141,6 +141,7 @@ void BvhEncoder::place_node(std::size_t i) {
   node.is_leaf = from.child_count == 0;
   node.first = node.is_leaf ? from.first_triangle : from.first_child;
   node.count = static_cast<std::uint16_t>(node.is_leaf ? from.triangle_count : from.child_count);
+  node.above_leaves = !node.is_leaf && tree_.nodes[from.first_child].child_count == 0;
   Vec3d low = mesh.triangle(tree_.triangle_order[from.first_triangle])[0], high = low;
   double longest_edge = 0;
   for (std::uint32_t t = 0; t < from.triangle_count; ++t) {
@@ -229,13 +230,15 @@ void BvhEncoder::write_slabs(std::size_t i, AlignedVector<Slab>& own, AlignedVec
 
 void BvhEncoder::write_leaf(std::size_t i) {
   const BvhNode& node = bvh_.nodes_[i];
+  const bool has_boxes = bvh_.options_.traversal == Traversal::hybrid;
   float* to = bvh_.leaf_vertices_.data() + 9 * std::size_t{node.first};
   for (std::size_t t = 0; t < node.count; ++t) {
     const Triangle triangle = bvh_.mesh_->triangle(tree_.triangle_order[node.first + t]);
     for (std::size_t corner = 0; corner < 3; ++corner) {
+      const Vec3d at = triangle[corner] - Vec3d{node.origin[0], node.origin[1], node.origin[2]};
       for (std::size_t c = 0; c < 3; ++c) {
-        to[(3 * corner + c) * node.count + t] =
-            static_cast<float>(triangle[corner][static_cast<int>(c)] - static_cast<double>(node.origin[c]));
+        const double along = has_boxes ? dot(at, node.box_axis + 3 * c) : at[static_cast<int>(c)];
+        to[(3 * corner + c) * node.count + t] = static_cast<float>(along);
       }
     }
   }

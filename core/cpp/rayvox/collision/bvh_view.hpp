@@ -13,7 +13,8 @@ struct alignas(64) BvhNode {
   std::uint16_t is_leaf;
   float radius;        // largest distance of its triangles from the origin
   float longest_edge;  // leaf: largest difference of two corners of one triangle in one coordinate
-  float reserved[6];
+  std::uint32_t above_leaves;  // whether its first child is a leaf
+  float reserved[5];
   // Oriented box centred at the origin: unit axes (rows) and half extents, thinnest first. Rounded outward.
   float box_axis[9];
   float box_half[3];
@@ -45,8 +46,9 @@ struct BvhView {
   const float* boxes;           // null unless the hierarchy is for hybrid traversal
   SlabArrays<float> slabs_f32;  // null where slabs are half floats, and the other way round
   SlabArrays<std::uint16_t> slabs_f16;
-  const float* leaf_vertices;  // leaf with first triangle f and n triangles: 9 n floats from 9 f on, corner by corner
-                               // and coordinate by coordinate, n values each, relative to the leaf's origin
+  // Leaf with first triangle f and n triangles: 9 n floats from 9 f on, corner by corner and coordinate by coordinate,
+  // n values each, relative to the leaf's origin and, in a hierarchy with boxes, along its box's axes.
+  const float* leaf_vertices;
   int axis_count;
   int stride;  // 16 or 32
 };

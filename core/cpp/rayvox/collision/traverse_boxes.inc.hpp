@@ -19,6 +19,12 @@ inline PlacedBox place_box(const BvhNode& from, const BvhNode& to, const FrameCh
   return box;
 }
 
+template <class L>
+typename L::Float along_axis(const float* axis, const typename L::Float* v) {
+  const auto xy = L::multiply_add(L::broadcast(axis[1]), v[1], L::multiply(L::broadcast(axis[0]), v[0]));
+  return L::multiply_add(L::broadcast(axis[2]), v[2], xy);
+}
+
 /// Sixteen boxes seen from a placed box: their centres' and axes' coordinates along its axes, L::width at a time.
 template <class L>
 struct BoxLanes {
@@ -40,10 +46,10 @@ struct BoxLanes {
   Float axis(int j, int c) const { return row(box_row::axis + 3 * j + c); }
 
   void project(int i) {
-    along[i] = dot<L>(box.axis[i], d);
+    along[i] = along_axis<L>(box.axis[i], d);
     for (int j = 0; j < 3; ++j) {
       const Float axis_j[3] = {axis(j, 0), axis(j, 1), axis(j, 2)};
-      r[i][j] = dot<L>(box.axis[i], axis_j);
+      r[i][j] = along_axis<L>(box.axis[i], axis_j);
       abs_r[i][j] = L::abs(r[i][j]);
     }
   }
@@ -117,7 +123,7 @@ unsigned children_in_reach(const TraversalQuery& q, const BvhView& from, std::ui
   const BvhNode &na = from.nodes[a], &nb = to.nodes[b];
   // Near the leaves boxes are the thinner volumes, above them k-DOPs: the likelier test to end it all comes first.
   unsigned children = (1u << nb.count) - 1;
-  const bool boxes_first = to.nodes[nb.first].is_leaf;
+  const bool boxes_first = nb.above_leaves;
   if (boxes_first) children = box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts);
   if (!children) return 0;
   realign<L>(own_slabs<Slab>(from, a), na, nb, change, *q.pose->orientations, q.pose->margin_m, to.stride, threshold);

@@ -61,10 +61,10 @@ std::uint32_t LinkBody::add_leaf(std::uint32_t index) {
   Leaf leaf{};
   leaf.first = node.first;
   leaf.count = node.count;
-  const float* from = bvh_->view().leaf_vertices + 9 * std::size_t{node.first};
-  for (int k = 0; k < 3; ++k) {
-    for (int c = 0; c < 3; ++c) {
-      for (std::uint32_t i = 0; i < node.count; ++i) leaf.triangles.corner[k][c][i] = *from++ + node.origin[c];
+  for (std::uint32_t i = 0; i < node.count; ++i) {
+    const Triangle triangle = bvh_->mesh().triangle(bvh_->triangle_at(node.first + i));
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (int c = 0; c < 3; ++c) leaf.triangles.corner[k][c][i] = static_cast<float>(triangle[k][c]);
     }
   }
   leaves_.push_back(leaf);

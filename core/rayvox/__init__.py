@@ -4,6 +4,7 @@ The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvo
 """
 
 from rayvox._native import instruction_set, set_thread_count, thread_count
+from rayvox.clearance import Clearance
 from rayvox.collide import CollisionContacts, TraversalStatistics, collide
 from rayvox.collision_checker import CollisionCheck, CollisionChecker, CollisionVerdict, VoxelContacts
 from rayvox.collision_mesh import CollisionMesh, MeshBvh
@@ -32,6 +33,7 @@ __version__ = "0.1.0"
 __all__ = [
     "ENGINES",
     "ChangeSet",
+    "Clearance",
     "CollisionCheck",
     "CollisionChecker",
     "CollisionContacts",

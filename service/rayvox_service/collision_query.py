@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
-from rayvox import CollisionCheck, CollisionChecker, MapSnapshot, Robot, VoxelContacts
+from rayvox import Clearance, CollisionCheck, CollisionChecker, MapSnapshot, Robot, VoxelContacts
 
 from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError, encode_frame
 from rayvox_service.problems import Problem
@@ -32,6 +32,7 @@ class CollisionQuery(BaseModel):
     occupancy_threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     self_collision: bool = False
     contacts: Literal["none", "first", "all"] = "none"
+    clearance_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
 
 
 class JsonCollisionQuery(CollisionQuery):
@@ -82,7 +83,11 @@ def check_collisions(query: CollisionQuery, poses: Poses, robot: Robot, snapshot
         poses.require_at_most(MOST_POSES_WITH_ALL_CONTACTS)
     checker = CollisionChecker(snapshot, robot, query.unknown, query.padding_m, query.occupancy_threshold)
     return checker.check(
-        poses.configurations, poses.T_map_base, contacts=query.contacts, self_collision=query.self_collision
+        poses.configurations,
+        poses.T_map_base,
+        contacts=query.contacts,
+        self_collision=query.self_collision,
+        max_clearance_m=query.clearance_m,
     )
 
 
@@ -92,6 +97,10 @@ def check_as_frame(check: CollisionCheck) -> bytes:
         arrays["self_colliding"] = check.self_colliding.astype(np.uint8)
     if check.contacts is not None:
         arrays |= {f"contact_{name}": array for name, array in _columns(check.contacts).items()}
+    if check.clearance is not None:
+        arrays["clearance_m"] = check.clearance.clearance_m
+        arrays |= {f"clearance_{name}": array for name, array in _witness_columns(check.clearance).items()}
+        arrays["clearance_is_lower_bound"] = check.clearance.is_lower_bound.astype(np.uint8)
     return encode_frame(ANSWER, {"revision": check.revision}, arrays)
 
 
@@ -100,12 +109,33 @@ def check_as_json(check: CollisionCheck) -> bytes:
     if check.self_colliding is not None:
         document["self_colliding"] = check.self_colliding.tolist()
     if check.contacts is not None:
-        columns = {name: array.tolist() for name, array in _columns(check.contacts).items()}
-        # JSON knows no NaN: null says that the voxel is unknown.
-        columns["log_odds"] = [value if math.isfinite(value) else None for value in columns["log_odds"]]
-        rows = zip(*columns.values(), strict=True)
-        document["contacts"] = [dict(zip(columns, row, strict=True)) for row in rows]
+        document["contacts"] = _records(_columns(check.contacts))
+    if check.clearance is not None:
+        columns = {"clearance_m": check.clearance.clearance_m, **_witness_columns(check.clearance)}
+        document["clearances"] = _records(columns)
     return json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+
+
+def _records(columns: dict[str, AnyArray]) -> list[dict[str, Any]]:
+    """Row by row. JSON knows no NaN: null stands for a value that has one."""
+    lists = [[_without_nan(value) for value in column.tolist()] for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*lists, strict=True)]
+
+
+def _without_nan(value: Any) -> Any:
+    first = value[0] if isinstance(value, list) else value
+    return None if isinstance(first, float) and math.isnan(first) else value
+
+
+def _witness_columns(clearance: Clearance) -> dict[str, AnyArray]:
+    return {
+        "is_lower_bound": clearance.is_lower_bound,
+        "direction": clearance.direction,
+        "link": clearance.link.astype(np.int32),
+        "point_m": clearance.point_m,
+        "voxel_centre_m": clearance.voxel_centre_m,
+        "voxel_size_m": clearance.voxel_size_m,
+    }
 
 
 def _columns(contacts: VoxelContacts) -> dict[str, AnyArray]:

@@ -11,8 +11,10 @@ from typing import Literal, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rayvox_client import validation
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
@@ -273,6 +275,30 @@ class AsyncClient:
         name = robot.name if isinstance(robot, RobotInfo) else robot
         request, count = self._requests.collisions(map, name, configurations, T_map_base, fields, min_revision)
         return CollisionCheck.from_frame((await self._answer(request)).frame(), count)
+
+    async def clearance(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        max_clearance_m: float,
+        unknown: UnknownPolicy = "free",
+        padding_m: float = 0.0,
+        occupancy_threshold: float | None = None,
+        min_revision: int | None = None,
+    ) -> Clearance:
+        """See `Client.clearance`."""
+        fields = {
+            "unknown": unknown,
+            "padding_m": float(padding_m),
+            "occupancy_threshold": occupancy_threshold,
+            "clearance_m": validation.positive_number(max_clearance_m, "max_clearance_m"),
+        }
+        name = robot.name if isinstance(robot, RobotInfo) else robot
+        request, count = self._requests.collisions(map, name, configurations, T_map_base, fields, min_revision)
+        return Clearance.from_frame((await self._answer(request)).frame(), count)
 
     async def changes(self, map: str, since: int) -> MapChanges:
         """See `Client.changes`."""

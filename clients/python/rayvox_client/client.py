@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client.async_client import AsyncClient, ContactMode, Geometry, UnknownPolicy, Wait
 from rayvox_client.blocking_transport import BlockingTransport
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression
@@ -313,6 +314,42 @@ class Client:
                 occupancy_threshold=occupancy_threshold,
                 self_collision=self_collision,
                 contacts=contacts,
+                min_revision=min_revision,
+            )
+        )
+
+    def clearance(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        max_clearance_m: float,
+        unknown: UnknownPolicy = "free",
+        padding_m: float = 0.0,
+        occupancy_threshold: float | None = None,
+        min_revision: int | None = None,
+    ) -> Clearance:
+        """How far a robot is from the nearest occupied voxel, and in which direction that lies.
+
+        Args:
+            max_clearance_m: nothing is looked for beyond it; a pose with nothing nearer gets it as a lower bound.
+            unknown: whether unknown space counts as occupied.
+            padding_m: grows every link, and makes every distance at least as much shorter.
+
+        The other arguments are those of `check`. Raises: as `check`.
+        """
+        return run_blocking(
+            self._client.clearance(
+                map,
+                robot,
+                configurations,
+                T_map_base,
+                max_clearance_m=max_clearance_m,
+                unknown=unknown,
+                padding_m=padding_m,
+                occupancy_threshold=occupancy_threshold,
                 min_revision=min_revision,
             )
         )

@@ -92,7 +92,18 @@ def main() -> None:
             folder = data / "robots" / name
             robot = Robot.from_urdf(min(folder.rglob("*.urdf")), root=folder)
             rows.append([map_name, *measure(robot, map_snapshot, centres, coal, tree)])
-    columns = ["map", "robot", "triangles", "clearance m", "us", "Coal us", "ratio", "too much", "Coal too much", "by mm"]
+    columns = [
+        "map",
+        "robot",
+        "triangles",
+        "clearance m",
+        "us",
+        "Coal us",
+        "ratio",
+        "too much",
+        "Coal too much",
+        "by mm",
+    ]
     print_table(columns, [[f"{v:.3g}" if isinstance(v, float) else str(v) for v in row] for row in rows])
     print(f"ratio, geometric mean: {np.exp(np.mean([np.log(row[6]) for row in rows])):.0f}")
     if arguments.write:

@@ -48,7 +48,8 @@ struct RandomMap {
   }
 };
 
-inline MapSnapshot random_map(std::mt19937_64& random, double resolution_m, int depth, const CellBox& box, double share) {
+inline MapSnapshot random_map(std::mt19937_64& random, double resolution_m, int depth, const CellBox& box,
+                              double share) {
   MapSnapshot map{MapGeometry(resolution_m, depth), SensorModel(), {}, 0, 0, 0};
   map.root = RandomMap{random, box, share}.slot(root_cell(map.geometry), depth);
   return map;

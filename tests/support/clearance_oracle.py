@@ -27,7 +27,7 @@ def occupied_cubes(map_snapshot: MapSnapshot) -> tuple[FloatArray, FloatArray]:
 def least_distance_bounds(
     robot: Robot, T_map_links: FloatArray, centres: FloatArray, halves: FloatArray, within_m: float
 ) -> tuple[float, float]:
-    """Bounds below and above of the least distance of (links, 4, 4) placed links from cubes, if it is below within_m."""
+    """Bounds below and above of the least distance of links at (links, 4, 4) from cubes, if it is below within_m."""
     below = above = np.inf
     for triangles, cube, half in _near_pairs(robot, T_map_links, centres, halves, within_m):
         for sweeps in _SWEEPS:

@@ -2,8 +2,8 @@
 
 from rayvox_client.async_client import AsyncClient
 from rayvox_client.async_stream import AsyncScanStream
-from rayvox_client.client import Client
 from rayvox_client.clearance import Clearance
+from rayvox_client.client import Client
 from rayvox_client.collisions import POSE_FREE, POSE_OCCUPIED, POSE_UNKNOWN, CollisionCheck, VoxelContacts
 from rayvox_client.errors import (
     ConflictError,

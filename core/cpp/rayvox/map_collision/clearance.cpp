@@ -53,8 +53,8 @@ std::vector<PoseClearance> measure_clearances(const MapSnapshot& map, std::span<
                               .kernels = options.kernels};
   const std::vector<std::uint8_t> verdict = check_poses(map, links, T_map_links, check).verdict;
   std::vector<PoseClearance> clearances(verdict.size());
-  const auto workers = std::max(1, static_cast<int>(std::min<std::size_t>(
-                                       verdict.size(), static_cast<std::size_t>(thread_count()))));
+  const auto workers =
+      std::max(1, static_cast<int>(std::min<std::size_t>(verdict.size(), static_cast<std::size_t>(thread_count()))));
   std::vector<std::unique_ptr<Measurer>> measurers(static_cast<std::size_t>(workers));
   parallel_for(verdict.size(), workers, [&](std::size_t pose, int worker) {
     const auto met = static_cast<MapVerdict>(verdict[pose]);

@@ -29,7 +29,8 @@ struct PoseClearance {
 /// Clearances of a robot whose links are placed as for check_poses, which says what collides. A padded link is as far
 /// from a voxel as from that voxel grown by the padding on all sides, at most as far as if the link itself were grown.
 /// Distances are exact: each comes from one triangle and one voxel, in float64, and is rounded down
-/// (triangle_cube_distance.hpp). All threads. Throws InvalidInput as check_poses, and unless max_clearance_m is above 0.
+/// (triangle_cube_distance.hpp). All threads. Throws InvalidInput as check_poses, and unless max_clearance_m is above
+/// 0.
 std::vector<PoseClearance> measure_clearances(const MapSnapshot& map, std::span<const MapCheckLink> links,
                                               std::span<const double> T_map_links, const ClearanceOptions& options);
 

@@ -116,7 +116,7 @@ void ClearanceSearch::expand_body(const Pair& pair) {
   if (is_inner) larger.of.lanes &= body.body().boxes_larger_than(pair.of.index, cube.local.half);
   smaller.of.lanes &= ~larger.of.lanes;
   if (smaller.of.lanes) open_node(smaller, cube);
-  open_boxes(larger, cube);
+  if (larger.of.lanes) open_boxes(larger, cube);
 }
 
 void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
@@ -133,12 +133,22 @@ void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
   }
 }
 
-void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube) {
+// Opens the boxes that are not much farther than the nearest of them, and queues the others as what they now are.
+void ClearanceSearch::open_boxes(Pair pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  for (std::uint32_t lanes = pair.of.lanes; lanes; lanes &= lanes - 1) {
+  const float limit = body_limit(body);
+  const NearLanes all = body.near_cube(pair.of, cube, limit);
+  const float much_farther = std::sqrt(all.least) + cube.local.half, squared = much_farther * much_farther;
+  std::uint32_t lanes = all.lanes;
+  if (squared < limit) {
+    lanes = body.near_cube(pair.of, cube, squared).lanes;
+    pair.of.lanes = all.lanes & ~lanes;
+    if (pair.of.lanes) push(squared * body.scale_of_squares(), pair);
+  }
+  for (; lanes; lanes &= lanes - 1) {
     Pair opened = pair;
     opened.of = body.body().opened(pair.of.index, __builtin_ctz(lanes));
-    const NearLanes near = body.near_cube(opened.of, cube, body_limit(body));
+    const NearLanes near = body.near_cube(opened.of, cube, limit);
     opened.of.lanes = near.lanes;
     if (near.lanes) push(near.least * body.scale_of_squares(), opened);
   }

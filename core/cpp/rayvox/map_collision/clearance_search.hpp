@@ -47,7 +47,7 @@ class ClearanceSearch {
   void expand_robot(const Pair& pair);
   void expand_body(const Pair& pair);
   void open_node(const Pair& pair, const PlacedCube& cube);
-  void open_boxes(const Pair& pair, const PlacedCube& cube);
+  void open_boxes(Pair pair, const PlacedCube& cube);
   void measure_triangles(const Pair& pair, const PlacedCube& cube);
   void measure_borders();
   bool counts(const NodeCursor& root) const;

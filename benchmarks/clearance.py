@@ -1,4 +1,4 @@
-"""Clearance of robots from a map: rigid poses near walls, one thread, beside Coal's octree distance; against brute force.
+"""Clearance of robots from a map: rigid poses near walls, one thread, beside Coal's octree distance, and brute force.
 
     python -m benchmarks.clearance [--write NAME]
 

@@ -140,8 +140,9 @@ class CollisionChecker:
         """How far the robot is from the nearest voxel that counts, n configurations and base poses, on all threads.
 
         configurations, T_map_base: as for check. max_clearance_m: nothing is looked for beyond it, and such a pose gets
-        it as a lower bound. Voxels that count are the occupied ones and, with unknown="occupied", unknown space and
-        what lies beyond the octree. A pose that collides, with a voxel inside of a closed link too, has 0.
+        it (1e15 at most) as a lower bound. Voxels that count are the occupied ones and, with unknown="occupied",
+        unknown space and what lies beyond the octree. A pose that collides, with a voxel inside of a closed link too,
+        has 0.
 
         The distance is exact, that of one triangle and one voxel in float64, and rounded down by some 1e-14 of the
         lengths involved (for less than a millionth of those lengths by more, relatively). Of a padded link it is the

@@ -1,15 +1,16 @@
 #pragma once
-#include <limits>
-
 #include "rayvox/map_collision/check_poses.hpp"
 
 namespace rayvox {
 
+/// Farther than any map or mesh reaches, and near enough for float32 to square.
+constexpr double farthest_clearance_m = 1e15;
+
 struct ClearanceOptions {
   bool unknown_is_occupied = false;
-  float occupied_log_odds = 0;  // a voxel with at least these is occupied
-  double max_clearance_m = std::numeric_limits<double>::infinity();
-  const CollisionKernels* kernels = nullptr;  // null: the best this processor runs
+  float occupied_log_odds = 0;                    // a voxel with at least these is occupied
+  double max_clearance_m = farthest_clearance_m;  // at most that, even if more is asked for
+  const CollisionKernels* kernels = nullptr;      // null: the best this processor runs
 };
 
 /// How far a robot at one pose is from the nearest voxel that counts.

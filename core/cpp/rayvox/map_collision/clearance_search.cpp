@@ -30,7 +30,7 @@ void ClearanceSearch::start(std::span<PlacedBody> bodies) {
   queue_.clear();
   newest_ = 0;
   is_heap_ = false;
-  nearest_ = {options_.max_clearance_m, {}, {}};
+  nearest_ = {std::min(options_.max_clearance_m, farthest_clearance_m), {}, {}};
   squared_limit_ = static_cast<float>(nearest_.distance * nearest_.distance);
   found_ = {};
   robot_ = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -46,10 +46,9 @@ void ClearanceSearch::start(std::span<PlacedBody> bodies) {
   if (!bodies.empty() && counts(root)) push(0, {whole_robot, {}, root, root_cell(map_.geometry)});
 }
 
-// The nearest of what was queued since the last time, or of all if that was nothing.
+// The nearest of what was queued since the last time; false if that was nothing.
 bool ClearanceSearch::pop_newest(Pair& pair) {
-  if (queue_.empty()) return false;
-  if (newest_ == queue_.size()) newest_ = 0;
+  if (newest_ == queue_.size()) return false;
   const auto newest = queue_.begin() + static_cast<std::ptrdiff_t>(newest_);
   std::iter_swap(std::min_element(newest, queue_.end(), is_nearer), queue_.end() - 1);
   pair = pairs_[queue_.back().pair];

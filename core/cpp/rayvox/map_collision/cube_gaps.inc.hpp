@@ -4,7 +4,8 @@
 //
 // The bound of a box is the larger of two distances between boxes that share their axes: the map's, and its own, in
 // which a cube of half edge h reaches h * reach_per_half. That of a triangle is the larger of the distances of its box
-// along the map's axes and of its plane. Lanes count that are set in `asked`.
+// along the map's axes and of its plane. Lanes count that are set in `asked`. Of two values max() takes the second
+// where the first is not a number, as bounds are that overflow.
 
 template <class L>
 typename L::Float square_of_gap(typename L::Float distance, typename L::Float reach) {
@@ -41,7 +42,7 @@ NearLanes boxes_near_cube(const PlacedBoxes& boxes, const LocalCube& cube, std::
       const F reach = L::multiply_add(h, L::load(boxes.reach_per_half[j] + l), L::load(boxes.half[j] + l));
       by_box = L::add(by_box, square_of_gap<L>(L::abs(along<L>(d, axis)), reach));
     }
-    keep_near<L>(L::max(by_map, by_box), l, asked, limit, near);
+    keep_near<L>(L::max(by_box, by_map), l, asked, limit, near);
   }
   return near;
 }
@@ -82,7 +83,7 @@ void boxes_near_octants(const PlacedBoxes& boxes, const LocalOctants& cubes, uns
         const F at = L::add(middle[j], octant_sum<L>(shift[j], i));
         by_box = L::add(by_box, square_of_gap<L>(L::abs(at), reach[j]));
       }
-      keep_near<L>(L::max(octant_sum<L>(gap, i), by_box), l, asked, limit, near[i]);
+      keep_near<L>(L::max(by_box, octant_sum<L>(gap, i)), l, asked, limit, near[i]);
     }
   }
 }
@@ -135,7 +136,7 @@ NearLanes triangles_near_cube(const TriangleBlock& triangles, const LocalCube& c
   for (int l = 0; l < 16; l += L::width) {
     const TriangleSlabs<L> slabs(triangles, cube.centre, l);
     const F by_map = L::add(L::add(slabs.gap(0, zero, h), slabs.gap(1, zero, h)), slabs.gap(2, zero, h));
-    keep_near<L>(L::max(by_map, slabs.gap_along(zero, h)), l, asked, limit, near);
+    keep_near<L>(L::max(slabs.gap_along(zero, h), by_map), l, asked, limit, near);
   }
   return near;
 }
@@ -158,7 +159,7 @@ void triangles_near_octants(const TriangleBlock& triangles, const LocalOctants& 
     for (unsigned rest = octants; rest; rest &= rest - 1) {
       const int i = __builtin_ctz(rest);
       const F by_plane = slabs.gap_along(octant_sum<L>(shift, i), h);
-      keep_near<L>(L::max(octant_sum<L>(gap, i), by_plane), l, asked, limit, near[i]);
+      keep_near<L>(L::max(by_plane, octant_sum<L>(gap, i)), l, asked, limit, near[i]);
     }
   }
 }

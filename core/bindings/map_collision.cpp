@@ -83,13 +83,13 @@ nb::tuple clearance_arrays(const std::vector<PoseClearance>& clearances) {
 
 nb::tuple clearances(const OwnedSnapshot& map, const std::vector<const LinkBody*>& bodies,
                      const std::vector<double>& paddings_m, const LinkPoses& T_map_links, bool unknown_is_occupied,
-                     float occupied_log_odds, double max_clearance_m) {
+                     float occupied_log_odds, double max_clearance_m, const CancellationToken* cancellation) {
   const std::vector<MapCheckLink> links = check_links(bodies, paddings_m, T_map_links);
   std::vector<PoseClearance> found;
   {
     Release release;
     found = measure_clearances(map, links, {T_map_links.data(), 16 * bodies.size() * T_map_links.shape(0)},
-                               {unknown_is_occupied, occupied_log_odds, max_clearance_m});
+                               {unknown_is_occupied, occupied_log_odds, max_clearance_m, nullptr, cancellation});
   }
   return clearance_arrays(found);
 }
@@ -120,10 +120,11 @@ void bind_map_collision(nb::module_& m) {
                 "NDArray[numpy.int64], NDArray[numpy.float32]]"));
   m.def("measure_clearances", &clearances, nb::arg("map"), nb::arg("bodies"), nb::arg("paddings_m"),
         nb::arg("T_map_links"), nb::arg("unknown_is_occupied"), nb::arg("occupied_log_odds"),
-        nb::arg("max_clearance_m"),
+        nb::arg("max_clearance_m"), nb::arg("cancellation").none() = nb::none(),
         nb::sig("def measure_clearances(map: MapSnapshot, bodies: list[LinkBody | None], paddings_m: list[float], "
                 "T_map_links: NDArray[numpy.float64], unknown_is_occupied: bool, occupied_log_odds: float, "
-                "max_clearance_m: float) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.float64], "
+                "max_clearance_m: float, cancellation: CancellationToken | None = None) -> tuple[NDArray[numpy.uint8], "
+                "NDArray[numpy.uint8], NDArray[numpy.float64], "
                 "NDArray[numpy.int64]]"));
 }
 

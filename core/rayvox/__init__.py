@@ -4,6 +4,7 @@ The kernel's Python API. The HTTP service is `rayvox_service`, its client `rayvo
 """
 
 from rayvox._native import CancellationToken, instruction_set, set_thread_count, spare_threads, thread_count
+from rayvox.clearance import Clearance
 from rayvox.collide import CollisionContacts, TraversalStatistics, collide
 from rayvox.collision_checker import CollisionCheck, CollisionChecker, CollisionVerdict, VoxelContacts
 from rayvox.collision_mesh import CollisionMesh, MeshBvh
@@ -35,6 +36,7 @@ __all__ = [
     "BodyFilter",
     "CancellationToken",
     "ChangeSet",
+    "Clearance",
     "CollisionCheck",
     "CollisionChecker",
     "CollisionContacts",

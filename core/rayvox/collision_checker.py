@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from rayvox import _native
 from rayvox._native import CancellationToken
+from rayvox.clearance import Clearance, clearance_of
 from rayvox.errors import InvalidInputError
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.motion_check import MotionCheck, check_motions
@@ -58,6 +59,8 @@ class CollisionCheck:
     """If asked for."""
     self_colliding: npt.NDArray[np.bool_] | None = None
     """(n,): whether two links touch that must not, if asked for. Verdicts are about the map alone."""
+    clearance: Clearance | None = None
+    """If asked for."""
 
 
 class CollisionChecker:
@@ -106,6 +109,7 @@ class CollisionChecker:
         contacts: Literal["none", "first", "all"] = "none",
         self_collision: bool = False,
         cancellation: CancellationToken | None = None,
+        max_clearance_m: float | None = None,
     ) -> CollisionCheck:
         """Verdicts of n configurations and base poses, on all threads, without the GIL.
 
@@ -115,6 +119,7 @@ class CollisionChecker:
         one; a pose may be UNKNOWN for what lies beyond the octree, where there are no voxels.
         self_collision: also test the pairs of links that the allowed-collision matrix does not allow, without padding.
         cancellation: cancelled from another thread, it ends the query.
+        max_clearance_m: also measure what clearance() does, up to this.
 
         Raises InvalidInputError for wrong shapes, values that are not finite, and poses that are not rigid;
         QueryCancelledError.
@@ -126,7 +131,30 @@ class CollisionChecker:
             self.map_snapshot.revision,
             None if contacts == "none" else self._voxels(rows, log_odds),
             self_collisions(self.robot, T_map_links, cancellation) if self_collision else None,
+            None if max_clearance_m is None else self._measure(T_map_links, max_clearance_m, cancellation),
         )
+
+    def clearance(
+        self,
+        configurations: npt.ArrayLike | None = None,
+        T_map_base: npt.ArrayLike | None = None,
+        *,
+        max_clearance_m: float = np.inf,
+    ) -> Clearance:
+        """How far the robot is from the nearest voxel that counts, n configurations and base poses, on all threads.
+
+        configurations, T_map_base: as for check. max_clearance_m: nothing is looked for beyond it, and such a pose gets
+        it (1e15 at most) as a lower bound. Voxels that count are the occupied ones and, with unknown="occupied",
+        unknown space and what lies beyond the octree. A pose that collides, with a voxel inside of a closed link too,
+        has 0.
+
+        The distance is exact, that of one triangle and one voxel in float64, and rounded down by some 1e-14 of the
+        lengths involved (for less than a millionth of those lengths by more, relatively). Of a padded link it is the
+        distance from voxels grown by the padding on all sides, as for check: at most the distance of the link's surface
+        less the padding, and less where a corner of a voxel is nearest, so that 0 means what check says.
+        Raises InvalidInputError as check, and unless max_clearance_m is above zero.
+        """
+        return self._measure(self.robot.link_poses(configurations, T_map_base), max_clearance_m, None)
 
     def check_motion(
         self,
@@ -170,6 +198,21 @@ class CollisionChecker:
             more_padding_m,
             cancellation,
         )
+
+    def _measure(
+        self, T_map_links: npt.NDArray[np.float64], max_clearance_m: float, cancellation: CancellationToken | None
+    ) -> Clearance:
+        rows = _native.measure_clearances(
+            self.map_snapshot._revision_asked(),
+            self._bodies,
+            self._paddings_m,
+            T_map_links,
+            self._unknown_is_occupied,
+            self._occupied_log_odds,
+            max_clearance_m,
+            cancellation,
+        )
+        return clearance_of(*rows, self.map_snapshot.resolution_m, self.map_snapshot.revision)
 
     def _voxels(self, rows: npt.NDArray[np.int64], log_odds: npt.NDArray[np.float32]) -> VoxelContacts:
         cells_wide = np.ldexp(1.0, rows[:, 5]).astype(np.float64)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
-from rayvox import CancellationToken, CollisionCheck, MapSnapshot, Robot, VoxelContacts
+from rayvox import CancellationToken, Clearance, CollisionCheck, MapSnapshot, Robot, VoxelContacts
 from rayvox.errors import InvalidInputError
 
 from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError, encode_frame
@@ -30,6 +30,7 @@ class CollisionQuery(RobotQuery):
 
     self_collision: bool = False
     contacts: Literal["none", "first", "all"] = "none"
+    clearance_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
 
 
 class JsonCollisionQuery(CollisionQuery):
@@ -106,7 +107,7 @@ def check_collisions(
         try:
             check = checker.check(
                 asked.configurations, asked.T_map_base, contacts=query.contacts, self_collision=query.self_collision,
-                cancellation=cancellation,
+                max_clearance_m=query.clearance_m, cancellation=cancellation,
             )  # fmt: skip
         except InvalidInputError:
             # Raises the same, but names the row as the sender counts them.
@@ -117,9 +118,13 @@ def check_collisions(
         return replace(check, contacts=replace(check.contacts, pose=check.contacts.pose + part.start))
 
     checks = yield from in_batches(poses.count, batch, FIRST_POSES)
-    whole = joined(checks)
     contacts = [check.contacts for check in checks if check.contacts is not None]
-    return replace(whole, contacts=joined(contacts)) if contacts else whole
+    clearances = [check.clearance for check in checks if check.clearance is not None]
+    return replace(
+        joined(checks),
+        contacts=joined(contacts) if contacts else None,
+        clearance=joined(clearances) if clearances else None,
+    )
 
 
 def check_as_frame(check: CollisionCheck) -> bytes:
@@ -128,6 +133,10 @@ def check_as_frame(check: CollisionCheck) -> bytes:
         arrays["self_colliding"] = check.self_colliding.astype(np.uint8)
     if check.contacts is not None:
         arrays |= {f"contact_{name}": array for name, array in _columns(check.contacts).items()}
+    if check.clearance is not None:
+        arrays["clearance_m"] = check.clearance.clearance_m
+        arrays |= {f"clearance_{name}": array for name, array in _witness_columns(check.clearance).items()}
+        arrays["clearance_is_lower_bound"] = check.clearance.is_lower_bound.astype(np.uint8)
     return encode_frame(ANSWER, {"revision": check.revision}, arrays)
 
 
@@ -136,12 +145,33 @@ def check_as_json(check: CollisionCheck) -> bytes:
     if check.self_colliding is not None:
         document["self_colliding"] = check.self_colliding.tolist()
     if check.contacts is not None:
-        columns = {name: array.tolist() for name, array in _columns(check.contacts).items()}
-        # JSON knows no NaN: null says that the voxel is unknown.
-        columns["log_odds"] = [value if math.isfinite(value) else None for value in columns["log_odds"]]
-        rows = zip(*columns.values(), strict=True)
-        document["contacts"] = [dict(zip(columns, row, strict=True)) for row in rows]
+        document["contacts"] = _records(_columns(check.contacts))
+    if check.clearance is not None:
+        columns = {"clearance_m": check.clearance.clearance_m, **_witness_columns(check.clearance)}
+        document["clearances"] = _records(columns)
     return json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+
+
+def _records(columns: dict[str, AnyArray]) -> list[dict[str, Any]]:
+    """Row by row. JSON knows no NaN: null stands for a value that has one."""
+    lists = [[_without_nan(value) for value in column.tolist()] for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*lists, strict=True)]
+
+
+def _without_nan(value: Any) -> Any:
+    first = value[0] if isinstance(value, list) else value
+    return None if isinstance(first, float) and math.isnan(first) else value
+
+
+def _witness_columns(clearance: Clearance) -> dict[str, AnyArray]:
+    return {
+        "is_lower_bound": clearance.is_lower_bound,
+        "direction": clearance.direction,
+        "link": clearance.link.astype(np.int32),
+        "point_m": clearance.point_m,
+        "voxel_centre_m": clearance.voxel_centre_m,
+        "voxel_size_m": clearance.voxel_size_m,
+    }
 
 
 def _columns(contacts: VoxelContacts) -> dict[str, AnyArray]:

@@ -108,6 +108,52 @@ def test_verdicts_are_those_of_the_kernel_in_every_form(
     assert (first["log_odds"] is None) == math.isnan(wanted.contacts.log_odds[0])
 
 
+@pytest.mark.parametrize("unknown", ["free", "occupied"])
+def test_clearances_are_those_of_the_kernel_in_every_form(
+    service: ServiceProcess,
+    client: Client,
+    robot: str,
+    room: tuple[str, rayvox.MapSnapshot],
+    unknown: Literal["free", "occupied"],
+) -> None:
+    name, snapshot = room
+    q, T = poses(300)
+    wanted = rayvox.CollisionChecker(snapshot, ARM, unknown, 0.02, 0.6).clearance(q, T, max_clearance_m=0.3)
+    got = client.clearance(
+        name, robot, q, T, max_clearance_m=0.3, unknown=unknown, padding_m=0.02, occupancy_threshold=0.6
+    )
+    for column in ("verdicts", "clearance_m", "is_lower_bound", "direction", "link", "point_m", "voxel_centre_m"):
+        assert np.array_equal(getattr(got, column), getattr(wanted, column), equal_nan=True), column
+    assert np.array_equal(got.voxel_size_m, wanted.voxel_size_m, equal_nan=True)
+    assert got.revision == 1
+    assert (got.verdicts != 0).any()
+    assert got.is_lower_bound.any() == (unknown == "free")
+    query: dict[str, Any] = {
+        "robot": robot, "unknown": unknown, "padding_m": 0.02, "occupancy_threshold": 0.6, "clearance_m": 0.3,
+        "configurations": q[:40].tolist(), "T_map_base": T[:40].reshape(-1, 16).tolist(),
+    }  # fmt: skip
+    answer = service.http.post(f"/v1/maps/{name}/collisions", json=query).json()
+    assert answer["verdicts"] == wanted.verdicts[:40].tolist()
+    for i, record in enumerate(answer["clearances"]):
+        assert record["clearance_m"] == wanted.clearance_m[i]
+        assert record["is_lower_bound"] is bool(wanted.is_lower_bound[i])
+        assert record["link"] == wanted.link[i]
+        found = wanted.link[i] >= 0
+        assert record["direction"] == (wanted.direction[i].tolist() if found else None)
+        assert (record["voxel_size_m"] is None) == math.isnan(wanted.voxel_size_m[i])
+
+
+@pytest.mark.parametrize("bound", [0.0, -1.0, "far"])
+def test_bounds_of_clearance_that_cannot_be_are_refused(
+    service: ServiceProcess, client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot], bound: object
+) -> None:
+    query = {"robot": robot, "clearance_m": bound, "configurations": [ARM.configuration().tolist()]}
+    assert_problem(service.http.post(f"/v1/maps/{room[0]}/collisions", json=query), 422, "invalid-input")
+    if isinstance(bound, float):
+        with pytest.raises(InvalidInputError):
+            client.clearance(room[0], robot, ARM.configuration(), max_clearance_m=bound)
+
+
 def test_the_async_client_answers_alike(
     service: ServiceProcess, client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot]
 ) -> None:

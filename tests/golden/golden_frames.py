@@ -136,6 +136,27 @@ FRAMES = {
             (1152, struct.pack("<2f", 0.84375, NAN)),
         ),
     ),
+    "clearances": GoldenFrame(
+        '{"kind":"verdicts","revision":12,"payloads":['
+        '{"name":"verdicts","dtype":"|u1","shape":[2],"offset":896,"nbytes":2,"encoding":"raw"},'
+        '{"name":"clearance_m","dtype":"<f8","shape":[2],"offset":960,"nbytes":16,"encoding":"raw"},'
+        '{"name":"clearance_is_lower_bound","dtype":"|u1","shape":[2],"offset":1024,"nbytes":2,"encoding":"raw"},'
+        '{"name":"clearance_direction","dtype":"<f8","shape":[2,3],"offset":1088,"nbytes":48,"encoding":"raw"},'
+        '{"name":"clearance_link","dtype":"<i4","shape":[2],"offset":1152,"nbytes":8,"encoding":"raw"},'
+        '{"name":"clearance_point_m","dtype":"<f8","shape":[2,3],"offset":1216,"nbytes":48,"encoding":"raw"},'
+        '{"name":"clearance_voxel_centre_m","dtype":"<f8","shape":[2,3],"offset":1280,"nbytes":48,"encoding":"raw"},'
+        '{"name":"clearance_voxel_size_m","dtype":"<f8","shape":[2],"offset":1344,"nbytes":16,"encoding":"raw"}]}',
+        (
+            (896, bytes([0, 0])),
+            (960, struct.pack("<2d", 0.25, 0.5)),
+            (1024, bytes([0, 1])),
+            (1088, struct.pack("<6d", 0.0, 0.6, -0.8, NAN, NAN, NAN)),
+            (1152, struct.pack("<2i", 3, -1)),
+            (1216, struct.pack("<6d", 1.0, 2.0, 3.0, NAN, NAN, NAN)),
+            (1280, struct.pack("<6d", 1.05, 2.15, 2.75, NAN, NAN, NAN)),
+            (1344, struct.pack("<2d", 0.1, NAN)),
+        ),
+    ),
     "motions": GoldenFrame(
         '{"kind":"motions","robot":"arm","tolerance_m":0.125,"unknown":"free","attached":[{"name":"load","link":"hand",'
         '"T_link_object":' + POSE + ',"padding_m":0.0,"touch_links":["left"],"box":[0.5,0.25,1.0]}],"payloads":['

@@ -4,6 +4,7 @@ from rayvox_client.async_client import AsyncClient
 from rayvox_client.async_query_stream import AsyncPendingAnswer, AsyncQueryStream
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.attached_object import AttachedObject
+from rayvox_client.clearance import Clearance
 from rayvox_client.client import Client
 from rayvox_client.collisions import POSE_FREE, POSE_OCCUPIED, POSE_UNKNOWN, CollisionCheck, MotionCheck, VoxelContacts
 from rayvox_client.errors import (
@@ -59,6 +60,7 @@ __all__ = [
     "AsyncScanStream",
     "AttachedObject",
     "ClearReceipt",
+    "Clearance",
     "Client",
     "CollisionCheck",
     "ConflictError",

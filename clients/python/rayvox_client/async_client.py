@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from rayvox_client.async_query_stream import AsyncQueryStream
 from rayvox_client.async_stream import AsyncScanStream
 from rayvox_client.async_transport import AsyncTransport
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.errors import (
@@ -36,7 +37,15 @@ from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.requests import Requests
 from rayvox_client.retry import RetryPolicy
 from rayvox_client.robot_info import RobotInfo
-from rayvox_client.robot_question import CheckOptions, MotionOptions, UnknownPolicy, check_question, motion_question
+from rayvox_client.robot_question import (
+    CheckOptions,
+    MotionOptions,
+    RobotOptions,
+    UnknownPolicy,
+    check_question,
+    clearance_question,
+    motion_question,
+)
 from rayvox_client.robot_upload import RobotUpload
 from rayvox_client.scan import DepthScan, PosedOptions, PosedScan, Scan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
@@ -283,6 +292,19 @@ class AsyncClient:
     def open_queries(self, map: str) -> AsyncQueryStream:
         """See `Client.open_queries`; an async context manager."""
         return AsyncQueryStream(self._transport, self._endpoint, self._policy, self._timeout_s, map)
+
+    async def clearance(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        max_clearance_m: float,
+        **options: Unpack[RobotOptions],
+    ) -> Clearance:
+        """See `Client.clearance`."""
+        return await self._ask(map, clearance_question(robot, configurations, T_map_base, max_clearance_m, options))
 
     async def changes(self, map: str, since: int) -> MapChanges:
         """See `Client.changes`."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client.async_client import AsyncClient, Geometry, Wait
 from rayvox_client.blocking_transport import BlockingTransport
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression
@@ -25,7 +26,7 @@ from rayvox_client.query_stream import QueryStream
 from rayvox_client.receipt import ClearReceipt, ScanReceipt
 from rayvox_client.retry import RetryPolicy
 from rayvox_client.robot_info import RobotInfo
-from rayvox_client.robot_question import CheckOptions, MotionOptions, UnknownPolicy
+from rayvox_client.robot_question import CheckOptions, MotionOptions, RobotOptions, UnknownPolicy
 from rayvox_client.scan import PosedOptions, PosedScan, ScanOptions
 from rayvox_client.sensor_model import SensorModel
 from rayvox_client.sequence import SequenceReport, Via
@@ -328,6 +329,30 @@ class Client:
     def open_queries(self, map: str) -> QueryStream:
         """A connection for many questions to one map, to be used as a context manager; see `QueryStream`."""
         return QueryStream(self._client.open_queries(map))
+
+    def clearance(
+        self,
+        map: str,
+        robot: str | RobotInfo,
+        configurations: ArrayLike | None = None,
+        T_map_base: ArrayLike | None = None,
+        *,
+        max_clearance_m: float,
+        **options: Unpack[RobotOptions],
+    ) -> Clearance:
+        """How far a robot is from the nearest occupied voxel, and in which direction that lies.
+
+        Args:
+            max_clearance_m: nothing is looked for beyond it; a pose with nothing nearer gets it as a lower bound.
+            unknown: whether unknown space counts as occupied.
+            padding_m: grows every link, and makes every distance at least as much shorter.
+
+        The other arguments are those of `check`. Raises: as `check`.
+        """
+        clearance = self._client.clearance(
+            map, robot, configurations, T_map_base, max_clearance_m=max_clearance_m, **options
+        )
+        return run_blocking(clearance)
 
     def changes(self, map: str, since: int) -> MapChanges:
         """What changed after revision `since`; 0 for everything."""

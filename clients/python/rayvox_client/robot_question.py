@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rayvox_client import validation
 from rayvox_client.attached_object import AttachedObject
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.errors import InvalidInputError
 from rayvox_client.question import Question
@@ -52,16 +53,23 @@ def check_question(
     options: CheckOptions,
 ) -> Question[CollisionCheck]:
     """As `Client.check`. Raises InvalidInputError for arguments that can be seen to be wrong."""
-    payloads: dict[str, NDArray[Any]] = {}
-    if configurations is not None:
-        payloads["configurations"] = validation.configuration_rows(configurations, "configurations")
-    if T_map_base is not None:
-        payloads["T_map_base"] = validation.base_poses(T_map_base, "T_map_base")
-    lengths = {len(array) for array in payloads.values()} - {1}
-    if len(lengths) > 1:
-        raise InvalidInputError(f"configurations and base poses are {sorted(lengths)}: as many of each, or one")
-    read = partial(CollisionCheck.from_frame, count=max(lengths, default=1))
+    payloads, count = _poses(configurations, T_map_base)
+    read = partial(CollisionCheck.from_frame, count=count)
     return Question("collisions", _header(robot, options), payloads, read, options.get("min_revision"))
+
+
+def clearance_question(
+    robot: str | RobotInfo,
+    configurations: ArrayLike | None,
+    T_map_base: ArrayLike | None,
+    max_clearance_m: float,
+    options: RobotOptions,
+) -> Question[Clearance]:
+    """As `Client.clearance`. Raises InvalidInputError for arguments that can be seen to be wrong."""
+    payloads, count = _poses(configurations, T_map_base)
+    fields = {**_header(robot, options), "clearance_m": validation.positive_number(max_clearance_m, "max_clearance_m")}
+    read = partial(Clearance.from_frame, count=count)
+    return Question("collisions", fields, payloads, read, options.get("min_revision"))
 
 
 def motion_question(
@@ -82,6 +90,19 @@ def motion_question(
         payloads["T_map_base"] = validation.rigid_transform(T_map_base, "T_map_base")[None]
     read = partial(MotionCheck.from_frame, count=max(lengths, default=1))
     return Question("motions", _header(robot, options), payloads, read, options.get("min_revision"))
+
+
+def _poses(configurations: ArrayLike | None, T_map_base: ArrayLike | None) -> tuple[dict[str, NDArray[Any]], int]:
+    """Payloads, and how many poses they are."""
+    payloads: dict[str, NDArray[Any]] = {}
+    if configurations is not None:
+        payloads["configurations"] = validation.configuration_rows(configurations, "configurations")
+    if T_map_base is not None:
+        payloads["T_map_base"] = validation.base_poses(T_map_base, "T_map_base")
+    lengths = {len(array) for array in payloads.values()} - {1}
+    if len(lengths) > 1:
+        raise InvalidInputError(f"configurations and base poses are {sorted(lengths)}: as many of each, or one")
+    return payloads, max(lengths, default=1)
 
 
 def _header(robot: str | RobotInfo, options: Mapping[str, Any]) -> dict[str, object]:

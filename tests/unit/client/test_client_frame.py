@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 from rayvox_client import InvalidInputError, MalformedAnswerError, Scan
 from rayvox_client.attached_object import AttachedObject
+from rayvox_client.clearance import Clearance
 from rayvox_client.collisions import CollisionCheck, MotionCheck
 from rayvox_client.endpoint import Endpoint
 from rayvox_client.frame import Compression, decode_frame, encode_frame
@@ -130,6 +131,22 @@ def test_golden_verdicts_are_read() -> None:
     np.testing.assert_array_equal(check.contacts.log_odds, np.array([0.84375, np.nan], np.float32))
     with pytest.raises(MalformedAnswerError):
         CollisionCheck.from_frame(decode_frame(golden("verdicts")), 2)
+
+
+def test_golden_clearances_are_read() -> None:
+    clearance = Clearance.from_frame(decode_frame(golden("clearances")), 2)
+    assert (clearance.revision, clearance.verdicts.tolist()) == (12, [0, 0])
+    assert clearance.clearance_m.tolist() == [0.25, 0.5]
+    assert clearance.is_lower_bound.tolist() == [False, True]
+    assert (clearance.direction[0].tolist(), clearance.link.tolist()) == ([0.0, 0.6, -0.8], [3, -1])
+    assert (clearance.point_m[0].tolist(), clearance.voxel_centre_m[0].tolist()) == ([1, 2, 3], [1.05, 2.15, 2.75])
+    assert clearance.voxel_size_m[0] == 0.1
+    for column in (clearance.direction, clearance.point_m, clearance.voxel_centre_m, clearance.voxel_size_m):
+        assert np.isnan(column[1]).all()
+    with pytest.raises(MalformedAnswerError):
+        Clearance.from_frame(decode_frame(golden("clearances")), 3)
+    with pytest.raises(MalformedAnswerError):
+        Clearance.from_frame(decode_frame(golden("verdicts")), 3)
 
 
 def test_golden_answers_are_read() -> None:

@@ -50,13 +50,15 @@ std::vector<PoseClearance> measure_clearances(const MapSnapshot& map, std::span<
   if (!(options.max_clearance_m > 0)) throw InvalidInput("max_clearance_m must be above 0");
   const MapCheckOptions check{.unknown_is_occupied = options.unknown_is_occupied,
                               .occupied_log_odds = options.occupied_log_odds,
-                              .kernels = options.kernels};
+                              .kernels = options.kernels,
+                              .cancellation = options.cancellation};
   const std::vector<std::uint8_t> verdict = check_poses(map, links, T_map_links, check).verdict;
   std::vector<PoseClearance> clearances(verdict.size());
-  const auto workers = std::max(1, static_cast<int>(std::min<std::size_t>(
-                                       verdict.size(), static_cast<std::size_t>(thread_count()))));
+  const auto workers =
+      std::max(1, static_cast<int>(std::min<std::size_t>(verdict.size(), static_cast<std::size_t>(thread_count()))));
   std::vector<std::unique_ptr<Measurer>> measurers(static_cast<std::size_t>(workers));
   parallel_for(verdict.size(), workers, [&](std::size_t pose, int worker) {
+    if (options.cancellation) options.cancellation->throw_if_cancelled();
     const auto met = static_cast<MapVerdict>(verdict[pose]);
     if (met != MapVerdict::free) {
       clearances[pose].verdict = met;

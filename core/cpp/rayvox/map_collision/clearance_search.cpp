@@ -6,19 +6,17 @@
 namespace rayvox {
 namespace {
 
+constexpr auto is_nearer = [](const auto& a, const auto& b) { return a.squared < b.squared; };
 constexpr auto is_farther = [](const auto& a, const auto& b) { return a.squared > b.squared; };
 
 }  // namespace
 
 PoseClearance ClearanceSearch::nearest_voxel(std::span<PlacedBody> bodies) {
   start(bodies);
-  for (Pair pair; pop(pair);) {
-    if (pair.body == whole_robot) {
-      expand_robot(pair);
-    } else {
-      expand(pair);
-    }
-  }
+  // The sooner a distance is known, the less is queued that is farther: first straight down.
+  for (Pair pair; found_.link < 0 && pop_newest(pair);) expand(pair);
+  order_queue();
+  for (Pair pair; pop_nearest(pair);) expand(pair);
   if (options_.unknown_is_occupied) measure_borders();
   found_.clearance_m = nearest_.distance;
   found_.is_lower_bound = found_.link < 0;
@@ -30,7 +28,10 @@ void ClearanceSearch::start(std::span<PlacedBody> bodies) {
   bounds_.clear();
   pairs_.clear();
   queue_.clear();
-  nearest_ = {options_.max_clearance_m, {}, {}};
+  newest_ = 0;
+  is_heap_ = false;
+  nearest_ = {std::min(options_.max_clearance_m, farthest_clearance_m), {}, {}};
+  squared_limit_ = static_cast<float>(nearest_.distance * nearest_.distance);
   found_ = {};
   robot_ = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (PlacedBody& body : bodies) {
@@ -42,23 +43,47 @@ void ClearanceSearch::start(std::span<PlacedBody> bodies) {
     }
   }
   const NodeCursor root(map_.root, map_.geometry.depth());
-  if (!bodies.empty()) push(0, {whole_robot, {}, root, root_cell(map_.geometry)});
+  if (!bodies.empty() && counts(root)) push(0, {whole_robot, {}, root, root_cell(map_.geometry)});
 }
 
-bool ClearanceSearch::pop(Pair& pair) {
-  if (queue_.empty()) return false;
-  std::pop_heap(queue_.begin(), queue_.end(), is_farther);
-  const Bound bound = queue_.back();
+// The nearest of what was queued since the last time; false if that was nothing.
+bool ClearanceSearch::pop_newest(Pair& pair) {
+  if (newest_ == queue_.size()) return false;
+  const auto newest = queue_.begin() + static_cast<std::ptrdiff_t>(newest_);
+  std::iter_swap(std::min_element(newest, queue_.end(), is_nearer), queue_.end() - 1);
+  pair = pairs_[queue_.back().pair];
   queue_.pop_back();
-  pair = pairs_[bound.pair];
-  return bound.squared < nearest_.distance * nearest_.distance;
+  newest_ = queue_.size();
+  return true;
+}
+
+void ClearanceSearch::order_queue() {
+  std::erase_if(queue_, [&](const Bound& bound) { return bound.squared >= squared_limit_; });
+  std::make_heap(queue_.begin(), queue_.end(), is_farther);
+  is_heap_ = true;
+}
+
+bool ClearanceSearch::pop_nearest(Pair& pair) {
+  if (queue_.empty() || queue_.front().squared >= squared_limit_) return false;
+  std::pop_heap(queue_.begin(), queue_.end(), is_farther);
+  pair = pairs_[queue_.back().pair];
+  queue_.pop_back();
+  return true;
 }
 
 void ClearanceSearch::push(float squared, const Pair& pair) {
-  if (squared >= nearest_.distance * nearest_.distance) return;
+  if (squared >= squared_limit_) return;
   queue_.push_back({squared, static_cast<std::uint32_t>(pairs_.size())});
   pairs_.push_back(pair);
-  std::push_heap(queue_.begin(), queue_.end(), is_farther);
+  if (is_heap_) std::push_heap(queue_.begin(), queue_.end(), is_farther);
+}
+
+void ClearanceSearch::expand(const Pair& pair) {
+  if (pair.body == whole_robot) {
+    expand_robot(pair);
+  } else {
+    expand_body(pair);
+  }
 }
 
 // The robot is one box to nodes that are larger.
@@ -81,7 +106,7 @@ void ClearanceSearch::expand_robot(const Pair& pair) {
 }
 
 // What is larger is opened: a node, or those boxes that are larger than it.
-void ClearanceSearch::expand(const Pair& pair) {
+void ClearanceSearch::expand_body(const Pair& pair) {
   const PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
   const PlacedCube cube = body.cube(pair.first, pair.node.level());
   const bool is_inner = pair.node.kind() == NodeCursor::Kind::inner;
@@ -90,14 +115,14 @@ void ClearanceSearch::expand(const Pair& pair) {
   if (is_inner) larger.of.lanes &= body.body().boxes_larger_than(pair.of.index, cube.local.half);
   smaller.of.lanes &= ~larger.of.lanes;
   if (smaller.of.lanes) open_node(smaller, cube);
-  open_boxes(larger, cube);
+  if (larger.of.lanes) open_boxes(larger, cube);
 }
 
 void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
   const unsigned children = counting_children(pair.node);
   NearLanes near[8];
-  body.near_octants(pair.of, cube, children, squared_limit(body), near);
+  body.near_octants(pair.of, cube, children, body_limit(body), near);
   for (unsigned rest = children; rest; rest &= rest - 1) {
     const int i = __builtin_ctz(rest);
     if (near[i].lanes == 0) continue;
@@ -107,12 +132,22 @@ void ClearanceSearch::open_node(const Pair& pair, const PlacedCube& cube) {
   }
 }
 
-void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube) {
+// Opens the boxes that are not much farther than the nearest of them, and queues the others as what they now are.
+void ClearanceSearch::open_boxes(Pair pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  for (std::uint32_t lanes = pair.of.lanes; lanes; lanes &= lanes - 1) {
+  const float limit = body_limit(body);
+  const NearLanes all = body.near_cube(pair.of, cube, limit);
+  const float much_farther = std::sqrt(all.least) + cube.local.half, squared = much_farther * much_farther;
+  std::uint32_t lanes = all.lanes;
+  if (squared < limit) {
+    lanes = body.near_cube(pair.of, cube, squared).lanes;
+    pair.of.lanes = all.lanes & ~lanes;
+    if (pair.of.lanes) push(squared * body.scale_of_squares(), pair);
+  }
+  for (; lanes; lanes &= lanes - 1) {
     Pair opened = pair;
     opened.of = body.body().opened(pair.of.index, __builtin_ctz(lanes));
-    const NearLanes near = body.near_cube(opened.of, cube, squared_limit(body));
+    const NearLanes near = body.near_cube(opened.of, cube, limit);
     opened.of.lanes = near.lanes;
     if (near.lanes) push(near.least * body.scale_of_squares(), opened);
   }
@@ -120,10 +155,13 @@ void ClearanceSearch::open_boxes(const Pair& pair, const PlacedCube& cube) {
 
 void ClearanceSearch::measure_triangles(const Pair& pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
-  std::uint32_t lanes = body.near_cube(pair.of, cube, squared_limit(body)).lanes;
-  for (; lanes; lanes &= lanes - 1) {
-    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-    if (!body.lower_to_triangle(pair.of.index, lane, cube, nearest_)) continue;
+  BoxesOrTriangles rest = pair.of;
+  for (rest.lanes = body.near_cube(rest, cube, body_limit(body)).lanes; rest.lanes;) {
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(rest.lanes));
+    rest.lanes &= rest.lanes - 1;
+    if (!body.lower_to_triangle(rest.index, lane, cube, nearest_)) continue;
+    squared_limit_ = static_cast<float>(nearest_.distance * nearest_.distance);
+    rest.lanes = body.near_cube(rest, cube, body_limit(body)).lanes;
     found_.link = pair.body;
     found_.point_m = nearest_.on_triangle + cube.centre + body.translation();
     const Vec3d gap = nearest_.on_cube - nearest_.on_triangle;
@@ -146,6 +184,12 @@ void ClearanceSearch::measure_borders() {
   }
 }
 
+bool ClearanceSearch::counts(const NodeCursor& node) const {
+  if (node.kind() == NodeCursor::Kind::inner) return true;
+  if (node.kind() == NodeCursor::Kind::unknown) return options_.unknown_is_occupied;
+  return node.log_odds() >= options_.occupied_log_odds;
+}
+
 unsigned ClearanceSearch::counting_children(const NodeCursor& node) const {
   const unsigned occupied = node.children_at_least(options_.occupied_log_odds);
   return options_.unknown_is_occupied ? occupied | node.children_with_unknown() : occupied;
@@ -162,9 +206,7 @@ float ClearanceSearch::squared_gap(const Box& box, const Cell& first, int level)
   return static_cast<float>(squared * (1 - 1e-6));
 }
 
-// A body's bounds of this or more need not be looked at.
-float ClearanceSearch::squared_limit(const PlacedBody& body) const {
-  return static_cast<float>(nearest_.distance * nearest_.distance) / body.scale_of_squares();
-}
+// Bounds that the kernels give of a body need not be looked at from this on.
+float ClearanceSearch::body_limit(const PlacedBody& body) const { return squared_limit_ / body.scale_of_squares(); }
 
 }  // namespace rayvox

@@ -39,17 +39,21 @@ class ClearanceSearch {
   };
 
   void start(std::span<PlacedBody> bodies);
-  bool pop(Pair& pair);
+  bool pop_newest(Pair& pair);
+  void order_queue();
+  bool pop_nearest(Pair& pair);
   void push(float squared, const Pair& pair);
-  void expand_robot(const Pair& pair);
   void expand(const Pair& pair);
+  void expand_robot(const Pair& pair);
+  void expand_body(const Pair& pair);
   void open_node(const Pair& pair, const PlacedCube& cube);
-  void open_boxes(const Pair& pair, const PlacedCube& cube);
+  void open_boxes(Pair pair, const PlacedCube& cube);
   void measure_triangles(const Pair& pair, const PlacedCube& cube);
   void measure_borders();
+  bool counts(const NodeCursor& root) const;
   unsigned counting_children(const NodeCursor& node) const;
   float squared_gap(const Box& box, const Cell& first, int level) const;
-  float squared_limit(const PlacedBody& body) const;
+  float body_limit(const PlacedBody& body) const;
 
   const MapSnapshot& map_;
   const ClearanceOptions& options_;
@@ -57,7 +61,10 @@ class ClearanceSearch {
   std::vector<Box> bounds_;  // of the bodies, map frame
   Box robot_;
   std::vector<Pair> pairs_;
-  std::vector<Bound> queue_;  // a heap, nearest first
+  std::vector<Bound> queue_;  // a heap from some point on, nearest first; before it
+  std::size_t newest_ = 0;    // what is here and behind was queued last
+  bool is_heap_ = false;
+  float squared_limit_ = 0;  // of nearest_
   Separation nearest_;
   PoseClearance found_;
 };

@@ -1,10 +1,11 @@
-// Lower bounds of the squared distances of voxels from sixteen boxes or triangles of a mesh at once, in float32: callers
-// grow the cubes by more than rounding can take from sizes, and shrink the bounds by more than it can take from
+// Lower bounds of the squared distances of voxels from sixteen boxes or triangles of a mesh at once, in float32:
+// callers grow the cubes by more than rounding can take from sizes, and shrink the bounds by more than it can take from
 // distances. Included once per instruction set, inside its namespace, after cube_tests.inc.hpp.
 //
 // The bound of a box is the larger of two distances between boxes that share their axes: the map's, and its own, in
-// which a cube of half edge h reaches h * reach_per_half. That of a triangle is the distance of its box along the map's
-// axes, or from its plane. Lanes count that are set in `asked`.
+// which a cube of half edge h reaches h * reach_per_half. That of a triangle is the larger of the distances of its box
+// along the map's axes and of its plane. Lanes count that are set in `asked`. Of two values max() takes the second
+// where the first is not a number, as bounds are that overflow.
 
 template <class L>
 typename L::Float square_of_gap(typename L::Float distance, typename L::Float reach) {
@@ -41,7 +42,7 @@ NearLanes boxes_near_cube(const PlacedBoxes& boxes, const LocalCube& cube, std::
       const F reach = L::multiply_add(h, L::load(boxes.reach_per_half[j] + l), L::load(boxes.half[j] + l));
       by_box = L::add(by_box, square_of_gap<L>(L::abs(along<L>(d, axis)), reach));
     }
-    keep_near<L>(L::max(by_map, by_box), l, asked, limit, near);
+    keep_near<L>(L::max(by_box, by_map), l, asked, limit, near);
   }
   return near;
 }
@@ -82,16 +83,17 @@ void boxes_near_octants(const PlacedBoxes& boxes, const LocalOctants& cubes, uns
         const F at = L::add(middle[j], octant_sum<L>(shift[j], i));
         by_box = L::add(by_box, square_of_gap<L>(L::abs(at), reach[j]));
       }
-      keep_near<L>(L::max(octant_sum<L>(gap, i), by_box), l, asked, limit, near[i]);
+      keep_near<L>(L::max(by_box, octant_sum<L>(gap, i)), l, asked, limit, near[i]);
     }
   }
 }
 
-// A triangle's box along the map's axes, and its extent along its normal, relative to a point; |normal|^2, |normal|_1.
+// A triangle's box along the map's axes, and its extent along its normal, relative to a point; 1 / |normal|^2, or less
+// for one of no area, and |normal|_1.
 template <class L>
 struct TriangleSlabs {
   using F = typename L::Float;
-  F low[3], high[3], normal[3], low_along, high_along, squared_length, reach_per_half;
+  F low[3], high[3], normal[3], low_along, high_along, inverse_square, reach_per_half;
 
   TriangleSlabs(const TriangleBlock& triangles, const float* origin, int l) {
     F v[3][3], e[2][3], at[3];
@@ -101,23 +103,28 @@ struct TriangleSlabs {
       high[c] = L::max(L::max(v[0][c], v[1][c]), v[2][c]);
       for (int k = 0; k < 2; ++k) e[k][c] = L::subtract(v[k + 1][c], v[k][c]);
     }
-    squared_length = reach_per_half = L::broadcast(0);
+    F square = L::broadcast(0x1p-100f);
+    reach_per_half = L::broadcast(0);
     for (int c = 0; c < 3; ++c) {
       const int a = (c + 1) % 3, b = (c + 2) % 3;
       normal[c] = L::multiply_subtract(e[0][a], e[1][b], L::multiply(e[0][b], e[1][a]));
-      squared_length = L::multiply_add(normal[c], normal[c], squared_length);
+      square = L::multiply_add(normal[c], normal[c], square);
       reach_per_half = L::add(reach_per_half, L::abs(normal[c]));
     }
+    inverse_square = L::divide(L::broadcast(1), square);
     // All corners are projected, so that a normal computed badly bounds nothing wrongly.
     for (int k = 0; k < 3; ++k) at[k] = along<L>(v[k], normal);
     low_along = L::min(L::min(at[0], at[1]), at[2]);
     high_along = L::max(L::max(at[0], at[1]), at[2]);
   }
   /// Squared gap along c to a cube of half edge h whose centre is at `at`.
-  F gap(int c, F at, F h) const { return square_of_gap<L>(L::max(L::subtract(low[c], at), L::subtract(at, high[c])), h); }
-  /// Squared gap along the normal; times |normal|^2.
+  F gap(int c, F at, F h) const {
+    return square_of_gap<L>(L::max(L::subtract(low[c], at), L::subtract(at, high[c])), h);
+  }
+  /// Squared gap along the normal, where that centre is at `at` along it.
   F gap_along(F at, F h) const {
-    return square_of_gap<L>(L::max(L::subtract(low_along, at), L::subtract(at, high_along)), L::multiply(h, reach_per_half));
+    const F apart = L::max(L::subtract(low_along, at), L::subtract(at, high_along));
+    return L::multiply(square_of_gap<L>(apart, L::multiply(h, reach_per_half)), inverse_square);
   }
 };
 
@@ -128,10 +135,8 @@ NearLanes triangles_near_cube(const TriangleBlock& triangles, const LocalCube& c
   NearLanes near{limit, 0};
   for (int l = 0; l < 16; l += L::width) {
     const TriangleSlabs<L> slabs(triangles, cube.centre, l);
-    const F bound = L::add(L::add(slabs.gap(0, zero, h), slabs.gap(1, zero, h)), slabs.gap(2, zero, h));
-    const F beyond = L::multiply(L::broadcast(limit), slabs.squared_length);
-    const unsigned apart = L::bits(L::greater(slabs.gap_along(zero, h), beyond));
-    keep_near<L>(bound, l, asked & ~(apart << l), limit, near);
+    const F by_map = L::add(L::add(slabs.gap(0, zero, h), slabs.gap(1, zero, h)), slabs.gap(2, zero, h));
+    keep_near<L>(L::max(slabs.gap_along(zero, h), by_map), l, asked, limit, near);
   }
   return near;
 }
@@ -151,11 +156,10 @@ void triangles_near_octants(const TriangleBlock& triangles, const LocalOctants& 
       shift[c][1] = L::multiply(q, slabs.normal[c]);
       shift[c][0] = L::subtract(zero, shift[c][1]);
     }
-    const F beyond = L::multiply(L::broadcast(limit), slabs.squared_length);
     for (unsigned rest = octants; rest; rest &= rest - 1) {
       const int i = __builtin_ctz(rest);
-      const unsigned apart = L::bits(L::greater(slabs.gap_along(octant_sum<L>(shift, i), h), beyond));
-      keep_near<L>(octant_sum<L>(gap, i), l, asked & ~(apart << l), limit, near[i]);
+      const F by_plane = slabs.gap_along(octant_sum<L>(shift, i), h);
+      keep_near<L>(L::max(by_plane, octant_sum<L>(gap, i)), l, asked, limit, near[i]);
     }
   }
 }

@@ -173,8 +173,8 @@ std::pair<Vec3d, Vec3d> PlacedBody::bounds() {
   Vec3d low, high;
   for (int c = 0; c < 3; ++c) {
     const double middle = translation_[c] + centre_[c] + static_cast<double>(root.centre[c][0]);
-    const double extent = static_cast<double>(root.extent[c][0]) * (1 + margin_of_size) + padding_m_ +
-                          1e-14 * std::abs(middle);
+    const double extent =
+        static_cast<double>(root.extent[c][0]) * (1 + margin_of_size) + padding_m_ + 1e-14 * std::abs(middle);
     low[c] = middle - extent;
     high[c] = middle + extent;
   }

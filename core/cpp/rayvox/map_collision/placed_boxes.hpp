@@ -32,8 +32,8 @@ struct LocalCube {
   float half;
 };
 
-/// The eight octants of a cube, each a cube grown as above: octant i's centre lies `quarter` before or behind along x, y
-/// and z for the bits 0, 1 and 2 of i.
+/// The eight octants of a cube, each a cube grown as above: octant i's centre lies `quarter` before or behind along x,
+/// y and z for the bits 0, 1 and 2 of i.
 struct LocalOctants {
   float centre[3];
   float quarter;

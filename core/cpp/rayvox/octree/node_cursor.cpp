@@ -68,21 +68,29 @@ bool NodeCursor::any_unknown() const {
 
 unsigned NodeCursor::children_at_least(float log_odds) const {
   unsigned children = 0;
-  const int octant = first_cell_ / cells_per_octant;
-  for (int i = 0; i < 8; ++i) {
-    bool found = false;
-    if (!brick_) {
+  if (!brick_) {
+    for (int i = 0; i < 8; ++i) {
       const NodeCursor below = child(i);
-      found = below.kind() != Kind::unknown && below.log_odds() >= log_odds;
-    } else if (level_ == brick_level) {
-      found = !brick_->is_unknown(i) && brick_->octant_max[i] >= log_odds;
-    } else {
-      const int per_child = 1 << (3 * (level_ - 1)), first = first_cell_ % cells_per_octant + i * per_child;
-      for (int cell = first; cell < first + per_child; ++cell) {
-        found |= (brick_->known[octant] >> cell & 1) != 0 && brick_->cells(octant)[cell] >= log_odds;
-      }
+      children |= static_cast<unsigned>(below.kind() != Kind::unknown && below.log_odds() >= log_odds) << i;
     }
-    children |= static_cast<unsigned>(found) << i;
+    return children;
+  }
+  if (level_ == brick_level) {
+    for (int i = 0; i < 8; ++i) {
+      children |= static_cast<unsigned>(!brick_->is_unknown(i) && brick_->octant_max[i] >= log_odds) << i;
+    }
+    return children;
+  }
+  const int octant = first_cell_ / cells_per_octant, first = first_cell_ % cells_per_octant;
+  const float* cells = brick_->cells(octant) + first;
+  const std::uint64_t known = brick_->known[octant] >> first;
+  const int per_child = level_ == 2 ? 8 : 1;
+  for (int i = 0; i < 8; ++i) {
+    unsigned found = 0;
+    for (int cell = i * per_child; cell < (i + 1) * per_child; ++cell) {
+      found |= static_cast<unsigned>(cells[cell] >= log_odds) & static_cast<unsigned>(known >> cell & 1);
+    }
+    children |= found << i;
   }
   return children;
 }

@@ -1,7 +1,8 @@
 // Times boolean mesh-mesh queries of Coal (-DWITH_COAL) or FCL, without any binding between: builds two hierarchies
-// from the mesh file, then asks at every pose, and writes one byte a pose and the seconds as JSON to standard output.
+// from the mesh files, then asks at every pose of the second mesh, and writes one byte a pose and the seconds as JSON
+// to standard output.
 //
-//   mesh_driver MESH POSES VERDICTS REPEATS
+//   mesh_driver MESH POSES VERDICTS REPEATS [SECOND_MESH]
 //
 // MESH: int64 vertices, int64 triangles, float64 coordinates, int32 indices. POSES: int64 count, row-major 4x4 float64.
 #include <chrono>
@@ -124,7 +125,7 @@ bool collide(const Model<Volume>& a, const Model<Volume>& b, const Transform& po
 
 }  // namespace
 
-int main(int, char** arguments) {
+int main(int count, char** arguments) {
   const Mesh mesh(arguments[1]);
   const std::vector<Transform> poses = read_poses(arguments[2]);
   const auto start_rss = std::chrono::steady_clock::now();
@@ -133,7 +134,7 @@ int main(int, char** arguments) {
   const auto start_obb = std::chrono::steady_clock::now();
   const auto a = build<Obb>(mesh);
   const double build_obb = seconds_since(start_obb);
-  const auto b = build<Obb>(mesh);
+  const auto b = build<Obb>(count > 5 ? Mesh(arguments[5]) : mesh);
   std::vector<char> verdicts(poses.size());
   std::string passes;
   for (int repeat = 0; repeat < std::atoi(arguments[4]); ++repeat) {

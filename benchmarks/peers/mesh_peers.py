@@ -53,20 +53,30 @@ def build_driver(peer: Peer) -> Path:
 
 
 def run_peer(
-    peer: Peer, mesh: Mesh, poses: NDArray[np.float64], repeats: int
+    peer: Peer, mesh: Mesh, poses: NDArray[np.float64], repeats: int, second: Mesh | None = None
 ) -> tuple[dict[str, Any], NDArray[np.bool_]]:
-    """Build seconds and microseconds a query of each repeat (one thread, OBB, boolean), and the verdicts."""
+    """Build seconds and microseconds a query of each repeat (one thread, OBB, boolean), and the verdicts.
+
+    `second`: what is placed by the poses, by default a copy of the mesh.
+    """
     driver = build_driver(peer)
     with tempfile.TemporaryDirectory() as folder:
         mesh_path, pose_path, verdicts = (Path(folder) / name for name in ("mesh", "poses", "verdicts"))
-        with mesh_path.open("wb") as file:
-            np.array([len(mesh.vertices), len(mesh.triangles)], dtype=np.int64).tofile(file)
-            mesh.vertices.astype(np.float64).tofile(file)
-            mesh.triangles.astype(np.int32).tofile(file)
+        _write_mesh(mesh_path, mesh)
         with pose_path.open("wb") as file:
             np.array([len(poses)], dtype=np.int64).tofile(file)
             poses.astype(np.float64).tofile(file)
         command = [str(driver), str(mesh_path), str(pose_path), str(verdicts), str(repeats)]
+        if second is not None:
+            _write_mesh(Path(folder) / "second", second)
+            command.append(str(Path(folder) / "second"))
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         measured: dict[str, Any] = json.loads(done.stdout)
         return measured, np.fromfile(verdicts, dtype=np.int8).astype(bool)
+
+
+def _write_mesh(path: Path, mesh: Mesh) -> None:
+    with path.open("wb") as file:
+        np.array([len(mesh.vertices), len(mesh.triangles)], dtype=np.int64).tofile(file)
+        mesh.vertices.astype(np.float64).tofile(file)
+        mesh.triangles.astype(np.int32).tofile(file)

@@ -34,7 +34,7 @@ class CollisionMesh:
     Any soup is accepted: open, degenerate, duplicated or intersecting triangles. Parts of it (connected through equal
     positions) whose every edge has an even number of triangles bound solids.
 
-    Raises InvalidInputError for no triangle, a coordinate that is not finite or beyond 1e15 m, an index out of range.
+    Raises InvalidInputError for no triangle, a coordinate that is not finite or beyond 1e11 m, an index out of range.
     """
 
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> None:

@@ -28,7 +28,7 @@ void require_usable(std::span<const double> vertices) {
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (!(std::abs(vertices[i]) <= CollisionMesh::most_m)) {
       throw InvalidInput("vertices[" + std::to_string(i / 3) + "][" + std::to_string(i % 3) + "] is " +
-                         std::to_string(vertices[i]) + ": not finite or beyond 1e15 m");
+                         std::to_string(vertices[i]) + ": not finite or beyond 1e11 m");
     }
   }
 }

@@ -26,8 +26,9 @@ struct MeshComponent {
 /// own frame's origin loses nothing. Immutable.
 class CollisionMesh {
  public:
-  /// Largest coordinate, metres.
-  static constexpr double most_m = 1e15;
+  /// Largest coordinate, metres: products of three differences stay below float32's overflow, beyond which the
+  /// triangle filter's error bounds say nothing.
+  static constexpr double most_m = 1e11;
 
   /// vertices: 3 coordinates each, metres; triangles: 3 vertex indices each. Throws InvalidInput for no triangle, a
   /// coordinate that is not finite or beyond most_m, or an index out of range, naming it.

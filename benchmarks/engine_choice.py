@@ -1,11 +1,11 @@
 """Does engine="auto" take the right engine? Every engine and auto on every benchmark workload, and on small scans.
 
-    python -m benchmarks.engine_choice [--only TEXT] [--passes 9] [--scans 8] [--threads 1] [--write NAME]
+    python -m benchmarks.engine_choice [--only TEXT] [--passes 9] [--scans 8] [--write NAME]
 
 First: scans into empty maps. Steady: the scans inserted again and again, the last third of the passes; in the room of
 benchmarks.saturated_space, new scans of space that was seen from everywhere. All contenders get the same scans in
-turns, a map each. Times are sums over the scans of each scan's median time; the aim is auto within 15 % of the best
-single engine everywhere.
+turns, a map each. Times are one thread's processor time, means over the scans of each scan's median; the aim is auto
+within 15 % of the best single engine everywhere.
 """
 
 from __future__ import annotations
@@ -100,10 +100,10 @@ class Contender:
     def insert(self, scan: RayScan, into: rayvox.OccupancyMap | None = None) -> float:
         """Milliseconds of an insertion into its map, or another."""
         origin, target = tuple(scan.origin.tolist()), into or self.map
-        start = time.perf_counter()
+        start = time.process_time()
         done = target.insert_scan(scan.ends, origin=origin, max_range_m=self.workload.max_range_m, engine=self.engine)
         self.taken[done.statistics.engine] += 1
-        return 1e3 * (time.perf_counter() - start)
+        return 1e3 * (time.process_time() - start)
 
 
 def time_in_turns(
@@ -166,10 +166,9 @@ def main() -> None:
     parser.add_argument("--only", default="", help="workloads whose name contains this")
     parser.add_argument("--passes", type=int, default=9)
     parser.add_argument("--scans", type=int, default=8, help="of the saturated room and of each planar log")
-    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--write", metavar="NAME", help="write benchmarks/results/NAME.json")
     arguments = parser.parse_args()
-    rayvox.set_thread_count(arguments.threads)
+    rayvox.set_thread_count(1)
     header = provenance()
     chosen = [case for case in cases(arguments.scans) if arguments.only in case.workload.name]
     rows = [row for case in chosen for row in measure(case, arguments.passes)]

@@ -1,4 +1,4 @@
-"""First-hit rays through the building's map at 5 cm: rayvox's engines and OctoMap's castRay, one thread.
+"""First-hit rays through the building's map at 5 cm: rayvox's engines and OctoMap's castRay, one thread's CPU time.
 
     python -m benchmarks.ray_queries [--resolution-m 0.05] [--rays 1000000] [--octomap-rays 50000]
                                      [--repeats 5] [--write NAME]
@@ -70,9 +70,9 @@ def camera_rays(occupancy_map: rayvox.OccupancyMap, count: int) -> Rays:
 
 def seconds_of(snapshot: rayvox.MapSnapshot, rays: Rays, engine: Any, unknown: Any) -> tuple[float, rayvox.RayHits]:
     """Of one call."""
-    start = time.perf_counter()
+    start = time.process_time()
     hits = snapshot.cast_rays(*rays, max_range_m=RANGE_M, unknown=unknown, engine=engine)
-    return time.perf_counter() - start, hits
+    return time.process_time() - start, hits
 
 
 def measure(occupancy_map: rayvox.OccupancyMap, name: str, rays: Rays, octomap_rays: int, repeats: int) -> list[Any]:

@@ -1,12 +1,12 @@
 """Insertion time against resolution, per engine: does steady state cost what changes, or the volume crossed?
 
-    python -m benchmarks.resolution_scaling [--mapping N] [--threads N] [--write NAME]
+    python -m benchmarks.resolution_scaling [--mapping N] [--timed N] [--write NAME]
 
-A depth camera wanders about the building at 10, 5, 2.5 and 1.25 cm. First: scans into empty maps. Mapped: new scans of
-an area that N scans before them have mapped. Repeated: six scans inserted over and over, as no robot does, but as the
-insertion benchmark's steady state is: at 1.25 cm, which such a camera's rays do not fill, unknown cells stay between
-them, and every scan has to find out that it misses them. Saturated: new scans of benchmarks.saturated_space's
-room, where only the walls still change.
+A depth camera wanders about the building at 10, 5, 2.5 and 1.25 cm; medians of one thread's processor time. First:
+scans into empty maps. Mapped: new scans of an area that N scans before them have mapped. Repeated: six scans inserted
+over and over, as no robot does, but as the insertion benchmark's steady state is: at 1.25 cm, which such a camera's
+rays do not fill, unknown cells stay between them, and every scan has to find out that it misses them. Saturated: new
+scans of benchmarks.saturated_space's room, where only the walls still change.
 The exponent is the slope of log time over log (1 / resolution); crossing cells one by one costs 1.
 """
 
@@ -42,9 +42,9 @@ class Timer:
 
     def insert(self, occupancy_map: rayvox.OccupancyMap, scan: RayScan, engine: Engine) -> tuple[float, int]:
         origin = tuple(scan.origin.tolist())
-        start = time.perf_counter()
+        start = time.process_time()
         done = occupancy_map.insert_scan(scan.ends, origin=origin, max_range_m=self.max_range_m, engine=engine)
-        return 1e3 * (time.perf_counter() - start), done.statistics.voxels_changed
+        return 1e3 * (time.process_time() - start), done.statistics.voxels_changed
 
     def mapped_by(self, scans: Iterable[RayScan]) -> bytes:
         """A map after these scans, for each engine to go on from."""
@@ -89,12 +89,12 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Insertion time against resolution, per engine.")
     parser.add_argument("--mapping", type=int, default=240, help="scans that map the area")
-    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--timed", type=int, default=12, help="scans after them that are timed")
     parser.add_argument("--write", metavar="NAME", help="write benchmarks/results/NAME.json")
     arguments = parser.parse_args()
-    rayvox.set_thread_count(arguments.threads)
+    rayvox.set_thread_count(1)
     header, results = provenance(), []
-    scans = wandering_views(arguments.mapping + 24)
+    scans = wandering_views(arguments.mapping + arguments.timed)
     measured = [measure(scans, resolution_m, arguments.mapping) for resolution_m in RESOLUTIONS_M]
     for kind in measured[0]:
         for engine in ENGINES if kind.endswith("ms") else ENGINES[:1]:

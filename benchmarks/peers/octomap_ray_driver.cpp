@@ -3,13 +3,13 @@
 //   octomap_ray_driver MAP.ot RAYS MAX_RANGE_M HITS_OUT
 //
 // RAYS: f32 origin[3], direction[3] per ray, little-endian. HITS_OUT: u32 hit, f32 centre[3] of the voxel per ray. Prints the
-// seconds that all rays took.
+// processor seconds that all rays took.
 #include <octomap/octomap.h>
 
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <memory>
 #include <vector>
@@ -57,9 +57,9 @@ int main(int argc, char** argv) {
   const double max_range_m = std::atof(argv[3]);
   std::vector<Hit> hits;
   hits.reserve(rays.size());
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   for (const Ray& ray : rays) hits.push_back(cast(*tree, ray, max_range_m));
-  std::printf("%.6f\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  std::printf("%.6f\n", static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   std::ofstream out(argv[4], std::ios::binary);
   out.write(reinterpret_cast<const char*>(hits.data()), static_cast<std::streamsize>(hits.size() * sizeof(Hit)));
   return out.flush() ? 0 : 1;

@@ -142,7 +142,7 @@ FACT(rays_through_the_octree_stop_at_the_first_cell_that_stops_them) {
 }
 
 FACT(rays_through_masks_stop_at_the_first_cell_that_stops_them) {
-  for (const int depth : {7, 8, 10, 21}) {
+  for (const int depth : {6, 7, 8, 10, 21}) {
     check_that_rays_stop_at_the_first_cell_that_stops_them(RayEngine::masks, depth);
   }
 }

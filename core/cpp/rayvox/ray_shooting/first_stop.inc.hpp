@@ -71,16 +71,19 @@ inline void find_first_stop(const StopTree& tree, StopQuery& query) {
   while (!path.stops_in(cell)) {
     // From child to child of this node, until one is taken or the node is left.
     const int level = 2 * path.lowest - 2;
-    std::int32_t block[3], border[3];
+    // Blocks, unlike cells, are counted from the octree's lowest corner, as the node's children are.
+    std::uint32_t block[3], last[3];
+    std::int32_t border[3];
     double t[3];
     for (int axis = 0; axis < 3; ++axis) {
-      block[axis] = cell[axis] >> level;
-      border[axis] = (block[axis] + upwards[axis]) * (std::int32_t{1} << level);
+      block[axis] = path.last[axis] >> level;
+      last[axis] = static_cast<std::uint32_t>(end[axis] + tree.half_extent) >> level;
+      border[axis] = ((cell[axis] >> level) + upwards[axis]) * (std::int32_t{1} << level);
       t[axis] = (border[axis] - query.origin[axis]) * inverse[axis];
     }
     int crossed;
     for (;;) {
-      if (((block[0] ^ end[0] >> level) | (block[1] ^ end[1] >> level) | (block[2] ^ end[2] >> level)) == 0) {
+      if (((block[0] ^ last[0]) | (block[1] ^ last[1]) | (block[2] ^ last[2])) == 0) {
         query.answer = StopQuery::passes;
         return;
       }
@@ -89,12 +92,10 @@ inline void find_first_stop(const StopTree& tree, StopQuery& query) {
       first = t[crossed];
       const double limit = first + crossing_margin * first;
       if ((t[0] <= limit) + (t[1] <= limit) + (t[2] <= limit) != 1) return;
-      const std::int32_t before = block[crossed];
-      block[crossed] = before - 1 + 2 * upwards[crossed];
+      const std::uint32_t before = block[crossed];
+      block[crossed] = upwards[crossed] ? before + 1 : before - 1;
       if ((before ^ block[crossed]) >> 2) break;
-      const std::uint32_t inside[3] = {static_cast<std::uint32_t>(block[0]), static_cast<std::uint32_t>(block[1]),
-                                       static_cast<std::uint32_t>(block[2])};
-      if (path.taken >> child_at(inside, 0) & 1) break;
+      if (path.taken >> child_at(block, 0) & 1) break;
       border[crossed] += (2 * upwards[crossed] - 1) * (std::int32_t{1} << level);
       t[crossed] = (border[crossed] - query.origin[crossed]) * inverse[crossed];
     }

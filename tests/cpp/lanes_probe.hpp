@@ -9,8 +9,9 @@ struct Input {
   alignas(64) float a[16], b[16], c[16];
   alignas(64) std::uint16_t half[16];
   alignas(64) float table[32];
-  alignas(64) std::int32_t index[16];  // below 32
-  int first;                           // lanes that hold something
+  alignas(64) std::int32_t index[16];      // below 32
+  alignas(64) std::int32_t low_index[16];  // below 16
+  int first;                               // lanes that hold something
 };
 
 struct Output {
@@ -33,7 +34,7 @@ Output probe(const Input& in) {
     L::store(&out.row[5][at], L::abs(a));
     L::store(&out.row[6][at], L::select(L::greater(a, b), a, L::load(&in.c[at])));
     L::store(&out.row[7][at], L::load(&in.half[at]));
-    L::store(&out.row[8][at], L::load_first(&in.a[at], in.first - at < 0 ? 0 : in.first - at));
+    L::store(&out.row[8][at], L::lookup(in.table, 16, &in.low_index[at]));
     L::store(&out.row[9][at], L::lookup(in.table, 32, &in.index[at]));
     const auto four = L::load_four(in.half);
     L::store(&out.row[10][at], L::spread(four, at / L::width));

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <set>
 
 #include "check.hpp"
@@ -6,6 +8,7 @@
 #include "rayvox/collision/kdop_bvh.hpp"
 #include "rayvox/error.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
+#include "rayvox/simd/collision_kernels.hpp"
 
 using namespace rayvox;
 using namespace collision_meshes;
@@ -149,6 +152,51 @@ FACT(the_tree_is_the_same_for_a_seed_whatever_the_thread_count) {
   orders[2] = KdopBvh(mesh, {.seed = 2}).triangle_order();
   CHECK(orders[0] == orders[1]);
   CHECK(orders[0] != orders[2]);
+}
+
+FACT(neural_gas_is_the_same_to_the_bit_in_every_instruction_set) {
+  std::mt19937_64 random(5);
+  for (int sample = 0; sample < 500; ++sample) {
+    std::vector<PartitionItem> items(1 + random() % 100);
+    // A coarse grid: many items and prototypes coincide or are as near as others.
+    for (PartitionItem& item : items) {
+      for (float& c : item.centre) c = 0.37f * static_cast<float>(random() % 4);
+    }
+    GasPrototypes start{};
+    start.count = static_cast<int>(2 + random() % 15);
+    alignas(64) float weight[GasPrototypes::most] = {};
+    for (int i = 0; i < start.count; ++i) {
+      weight[i] = std::exp(-0.7f * static_cast<float>(i));
+      for (auto& row : start.at) row[i] = 0.37f * static_cast<float>(random() % 4);
+    }
+    const auto run = [&](const CollisionKernels& kernels, GasPrototypes gas) {
+      for (int batch = 0; batch < 3; ++batch) {
+        kernels.adapt_prototypes(gas, items.data(), items.size(), 1 + items.size() / 2, weight);
+      }
+      std::vector<std::uint8_t> nearest(items.size());
+      kernels.nearest_prototypes(gas, items.data(), items.size(), nearest.data());
+      return std::pair(gas, nearest);
+    };
+    const auto [expected, expected_nearest] = run(*collision_kernels_for("portable"), start);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const auto squared = [&](int j) {
+        float sum = 0;
+        for (int c = 0; c < 3; ++c) {
+          const float d = expected.at[c][j] - items[i].centre[c];
+          sum += d * d;
+        }
+        return sum;
+      };
+      for (int j = 0; j < expected.count; ++j) CHECK(squared(expected_nearest[i]) <= squared(j));
+    }
+    for (const char* set : {"avx2", "avx512"}) {
+      const CollisionKernels* kernels = collision_kernels_for(set);
+      if (!kernels) continue;
+      const auto [found, found_nearest] = run(*kernels, start);
+      CHECK(found_nearest == expected_nearest);
+      for (int c = 0; c < 3; ++c) CHECK(std::equal(found.at[c], found.at[c] + found.count, expected.at[c]));
+    }
+  }
 }
 
 FACT(options_that_do_not_fit_are_refused) {

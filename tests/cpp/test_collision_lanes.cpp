@@ -28,6 +28,7 @@ Input awkward_input(std::mt19937_64& random) {
     in.c[i] = random() % 4 ? awkward_value(random) : in.b[i];
     in.half[i] = static_cast<std::uint16_t>(random());
     in.index[i] = static_cast<std::int32_t>(random() % 32);
+    in.low_index[i] = static_cast<std::int32_t>(random() % 16);
   }
   for (float& value : in.table) value = awkward_value(random);
   in.first = static_cast<int>(random() % 17);

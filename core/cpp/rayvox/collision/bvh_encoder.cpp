@@ -10,11 +10,6 @@
 namespace rayvox {
 namespace {
 
-// Bounds what float32 rounding of vertices, axes and their products can take from a support value, relative to the
-// mesh's radius.
-constexpr float support_margin = 0x1p-20f;
-constexpr float absolute_margin_m = 1e-13f;
-
 double dot(const Vec3d& a, const float* b) { return a.x * b[0] + a.y * b[1] + a.z * b[2]; }
 
 float slab_not_below(double value, float) {
@@ -23,24 +18,6 @@ float slab_not_below(double value, float) {
 std::uint16_t slab_not_below(double value, std::uint16_t) { return half_not_below(slab_not_below(value, 0.0f)); }
 
 }  // namespace
-
-template <class Body>
-void BvhEncoder::for_each_node(std::size_t begin, std::size_t end, const Body& body) const {
-  constexpr std::size_t chunk = 64;
-  parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c, int) {
-    for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); ++i) body(i);
-  });
-}
-
-template <class Merge>
-void BvhEncoder::merge_upwards(const Merge& merge) const {
-  for (std::size_t level = tree_.level_begin.size() - 1; level-- > 0;) {
-    for_each_node(tree_.level_begin[level], tree_.level_begin[level + 1], [&](std::size_t i) {
-      const BvhTree::Node& node = tree_.nodes[i];
-      for (std::uint32_t c = 0; c < node.child_count; ++c) merge(i, node.first_child + c);
-    });
-  }
-}
 
 void BvhEncoder::run() {
   const std::size_t count = tree_.nodes.size();
@@ -51,11 +28,11 @@ void BvhEncoder::run() {
   const bool hybrid = bvh_.options_.traversal == Traversal::hybrid;
   find_supports();
   if (hybrid) find_moments();
-  for_each_node(0, count, [&](std::size_t i) { place_node(i); });
-  if (hybrid) {
-    for_each_node(0, count, [&](std::size_t i) { fit_box(i); });
-    bvh_.boxes_.resize(count * box_rows + reach);
-  }
+  for_each_node(0, count, [&](std::size_t i) {
+    link_node(i);
+    hybrid ? fit_box(i) : centre_node(i);
+  });
+  if (hybrid) bvh_.boxes_.resize(count * box_rows + reach);
   const BvhView view = bvh_.view();
   const std::size_t own = count * static_cast<std::size_t>(view.stride);
   const std::size_t child = count * static_cast<std::size_t>(2 * view.axis_count) + reach;
@@ -119,22 +96,7 @@ void BvhEncoder::find_supports_of_leaf(std::size_t node, const std::vector<float
   for (int o = 0; o < most_orientations; ++o) out[o] += margin;
 }
 
-void BvhEncoder::find_moments() {
-  const CollisionMesh& mesh = *bvh_.mesh_;
-  moments_.resize(tree_.nodes.size());
-  const double least = 1e-12 * mesh.radius_m() * mesh.radius_m() + 1e-60;
-  for_each_node(0, tree_.nodes.size(), [&](std::size_t i) {
-    const BvhTree::Node& node = tree_.nodes[i];
-    if (node.child_count > 0) return;
-    for (std::uint32_t t = 0; t < node.triangle_count; ++t) {
-      moments_[i].add(mesh.triangle(tree_.triangle_order[node.first_triangle + t]), least);
-    }
-  });
-  merge_upwards([&](std::size_t parent, std::size_t child) { moments_[parent].add(moments_[child]); });
-}
-
-void BvhEncoder::place_node(std::size_t i) {
-  const CollisionMesh& mesh = *bvh_.mesh_;
+void BvhEncoder::link_node(std::size_t i) {
   const BvhTree::Node& from = tree_.nodes[i];
   BvhNode& node = bvh_.nodes_[i];
   node = {};
@@ -142,56 +104,19 @@ void BvhEncoder::place_node(std::size_t i) {
   node.first = node.is_leaf ? from.first_triangle : from.first_child;
   node.count = static_cast<std::uint16_t>(node.is_leaf ? from.triangle_count : from.child_count);
   node.above_leaves = !node.is_leaf && tree_.nodes[from.first_child].child_count == 0;
-  Vec3d low = mesh.triangle(tree_.triangle_order[from.first_triangle])[0], high = low;
-  double longest_edge = 0;
-  for (std::uint32_t t = 0; t < from.triangle_count; ++t) {
-    const Triangle triangle = mesh.triangle(tree_.triangle_order[from.first_triangle + t]);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto [least, most] = std::minmax({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
-      low[axis] = std::min(low[axis], least);
-      high[axis] = std::max(high[axis], most);
-      longest_edge = std::max(longest_edge, most - least);
-    }
-  }
-  for (int axis = 0; axis < 3; ++axis) node.origin[axis] = static_cast<float>((low[axis] + high[axis]) / 2);
-  const Vec3d half = (high - low) * 0.5;
-  node.radius = static_cast<float>(norm(half) * (1 + 1e-6) + 1e-6 * mesh.radius_m());
-  node.longest_edge = std::nextafter(static_cast<float>(longest_edge), std::numeric_limits<float>::infinity());
 }
 
-void BvhEncoder::fit_box(std::size_t i) {
+void BvhEncoder::centre_node(std::size_t i) {
   const CollisionMesh& mesh = *bvh_.mesh_;
   const BvhTree::Node& from = tree_.nodes[i];
   BvhNode& node = bvh_.nodes_[i];
-  const std::array<Vec3d, 3> axes = principal_axes(moments_[i]);
-  double low[3], high[3];
-  std::fill_n(low, 3, std::numeric_limits<double>::infinity());
-  std::fill_n(high, 3, -std::numeric_limits<double>::infinity());
-  for (std::uint32_t t = 0; t < from.triangle_count; ++t) {
-    for (const Vec3d& p : mesh.triangle(tree_.triangle_order[from.first_triangle + t])) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        const double at = axes[a].x * p.x + axes[a].y * p.y + axes[a].z * p.z;
-        low[a] = std::min(low[a], at);
-        high[a] = std::max(high[a], at);
-      }
-    }
-  }
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return high[a] - low[a] < high[b] - low[b]; });
-  Vec3d centre;
-  for (std::size_t a = 0; a < 3; ++a) centre = centre + axes[a] * ((low[a] + high[a]) / 2);
-  double radius = 0;
-  const float margin = 4 * support_margin * static_cast<float>(mesh.radius_m()) + absolute_margin_m;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double half = (high[order[a]] - low[order[a]]) / 2;
-    radius += half * half;
-    node.box_half[a] = static_cast<float>(half) + margin;
-    for (int c = 0; c < 3; ++c)
-      node.box_axis[3 * a + static_cast<std::size_t>(c)] = static_cast<float>(axes[order[a]][c]);
-  }
-  for (int c = 0; c < 3; ++c) node.origin[c] = static_cast<float>(centre[c]);
-  node.radius = static_cast<float>(std::sqrt(radius)) * (1 + 0x1p-20f) + margin;
+  Vec3d low = mesh.triangle(tree_.triangle_order[from.first_triangle])[0], high = low;
+  for_each_corner(from, [&](const Vec3d& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  });
+  for (int axis = 0; axis < 3; ++axis) node.origin[axis] = static_cast<float>((low[axis] + high[axis]) / 2);
+  node.radius = static_cast<float>(norm((high - low) * 0.5) * (1 + 1e-6) + 1e-6 * mesh.radius_m());
 }
 
 double BvhEncoder::relative_support(std::size_t of, int orientation, const BvhNode& frame) const {
@@ -241,20 +166,6 @@ void BvhEncoder::write_leaf(std::size_t i) {
         to[(3 * corner + c) * node.count + t] = static_cast<float>(along);
       }
     }
-  }
-}
-
-void BvhEncoder::write_boxes(std::size_t i) {
-  const BvhNode& node = bvh_.nodes_[i];
-  float* rows = bvh_.boxes_.data() + std::size_t{box_rows} * node.first;
-  const auto at = [&](int row, std::size_t lane) -> float& {
-    return rows[static_cast<std::size_t>(row) * node.count + lane];
-  };
-  for (std::size_t lane = 0; lane < node.count; ++lane) {
-    const BvhNode& child = bvh_.nodes_[node.first + lane];
-    for (int c = 0; c < 3; ++c) at(box_row::centre + c, lane) = child.origin[c] - node.origin[c];
-    for (int k = 0; k < 9; ++k) at(box_row::axis + k, lane) = child.box_axis[k];
-    for (int j = 0; j < 3; ++j) at(box_row::half + j, lane) = child.box_half[j];
   }
 }
 

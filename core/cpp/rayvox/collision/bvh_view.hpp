@@ -11,10 +11,9 @@ struct alignas(64) BvhNode {
   std::uint32_t first;  // first child, or first triangle
   std::uint16_t count;  // children, or triangles
   std::uint16_t is_leaf;
-  float radius;        // largest distance of its triangles from the origin
-  float longest_edge;  // leaf: largest difference of two corners of one triangle in one coordinate
+  float radius;                // largest distance of its triangles from the origin
   std::uint32_t above_leaves;  // whether its first child is a leaf
-  float reserved[5];
+  float reserved[6];
   // Oriented box centred at the origin: unit axes (rows) and half extents, thinnest first. Rounded outward.
   float box_axis[9];
   float box_half[3];

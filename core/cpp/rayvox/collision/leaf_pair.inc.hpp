@@ -15,8 +15,8 @@ struct LeafFrame {
   float difference_error;  // of the difference of two corners in a coordinate
 };
 
-/// b_axes * rotation * transposed a_axes: both leaves keep their triangles along their boxes' axes. In float64: only the
-/// result is rounded.
+/// b_axes * rotation * transposed a_axes: both leaves keep their triangles along their boxes' axes. In float64: only
+/// the result is rounded.
 inline void turn_between_boxes(const double* rotation, const float* a_axes, const float* b_axes, float* out) {
   double turned[9];
   for (int i = 0; i < 3; ++i) {
@@ -53,8 +53,8 @@ inline LeafFrame leaf_frame(const BvhNode& a, const BvhNode& b, const FrameChang
     frame.offset[i] = has_box ? axis[0] * x + axis[1] * y + axis[2] * z : offset[i];
     for (int j = 0; j < 3 && !has_box; ++j) frame.rotation[3 * i + j] = a_to_b.rotation_f32[3 * i + j];
   }
-  // In units of reach: a's corners rounded when stored (1) along axes orthogonal up to rounding (6), turned by a rounded
-  // matrix (2), moved by a rounded offset (5) and added up (4); b's corners (1); and a little.
+  // In units of reach: a's corners rounded when stored (1) along axes orthogonal up to rounding (6), turned by a
+  // rounded matrix (2), moved by a rounded offset (5) and added up (4); b's corners (1); and a little.
   const float reach = a.radius + b.radius + __builtin_sqrtf(x * x + y * y + z * z);
   frame.difference_error = 22 * 0x1p-24f * reach;
   return frame;

@@ -5,12 +5,9 @@
 #include <span>
 #include <vector>
 
-namespace rayvox {
+#include "rayvox/collision/neural_gas.hpp"
 
-struct PartitionItem {
-  float centre[3];
-  std::uint32_t triangle;
-};
+namespace rayvox {
 
 /// A triangle's box, for the surface area heuristic.
 struct TriangleBounds {

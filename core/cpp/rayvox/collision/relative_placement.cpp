@@ -6,6 +6,7 @@
 
 #include "rayvox/error.hpp"
 #include "rayvox/geometry/expansion.hpp"
+#include "rayvox/geometry/rotation.hpp"
 
 namespace rayvox {
 namespace {
@@ -32,31 +33,15 @@ double precise_offset(const double* r, const Vec3d& c, double t, double o) {
   return sum + error;
 }
 
-// The largest deviation of rotation^T rotation from the identity: a pose may be rounded to float32.
-double deviation_from_rotation(const double* r) {
-  double most = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const double dot = r[i] * r[j] + r[3 + i] * r[3 + j] + r[6 + i] * r[6 + j];
-      most = std::max(most, std::abs(dot - (i == j ? 1 : 0)));
-    }
-  }
-  return most;
-}
-
 void set_frame_change(FrameChange& change, const double* rotation, const double* translation) {
   for (int i = 0; i < 9; ++i) change.rotation_f32[i] = static_cast<float>(change.rotation[i] = rotation[i]);
   for (int i = 0; i < 3; ++i) change.translation_f32[i] = static_cast<float>(change.translation[i] = translation[i]);
 }
 
 void set_inverse(FrameChange& inverse, const Placement& placement) {
-  const double *r = placement.rotation, *t = placement.translation;
-  const double cofactor[9] = {r[4] * r[8] - r[5] * r[7], r[2] * r[7] - r[1] * r[8], r[1] * r[5] - r[2] * r[4],
-                              r[5] * r[6] - r[3] * r[8], r[0] * r[8] - r[2] * r[6], r[2] * r[3] - r[0] * r[5],
-                              r[3] * r[7] - r[4] * r[6], r[1] * r[6] - r[0] * r[7], r[0] * r[4] - r[1] * r[3]};
-  const double per_determinant = 1 / (r[0] * cofactor[0] + r[1] * cofactor[3] + r[2] * cofactor[6]);
+  const double* t = placement.translation;
   double rotation[9], translation[3];
-  for (int i = 0; i < 9; ++i) rotation[i] = cofactor[i] * per_determinant;
+  invert_rotation(placement.rotation, rotation);
   for (int i = 0; i < 3; ++i) {
     translation[i] = -(rotation[3 * i] * t[0] + rotation[3 * i + 1] * t[1] + rotation[3 * i + 2] * t[2]);
   }

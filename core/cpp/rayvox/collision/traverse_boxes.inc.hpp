@@ -134,23 +134,16 @@ unsigned children_in_reach(const TraversalQuery& q, const BvhView& from, std::ui
 
 template <class L, class Slab>
 void hybrid(const TraversalQuery& q) {
-  std::size_t waiting = 0;
-  q.stack[waiting++] = 0;
   const RelativePose& pose = *q.pose;
-  while (waiting > 0) {
-    const std::uint64_t pair = q.stack[--waiting];
-    const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
+  traverse_from_roots<L>(q, [&](std::uint32_t a, std::uint32_t b, std::size_t waiting) {
     const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
-    if (na.is_leaf && nb.is_leaf) {
-      if (leaf_pair<L>(q, na, nb)) return;
-    } else if (descends_into_b(na, nb)) {
+    if (descends_into_b(na, nb)) {
       const unsigned children = children_in_reach<L, Slab>(q, q.a, a, q.b, b, pose.a_to_b);
-      waiting = push_children(q.stack, waiting, children, pair_of(a, nb.first), 1);
-    } else {
-      const unsigned children = children_in_reach<L, Slab>(q, q.b, b, q.a, a, pose.b_to_a);
-      waiting = push_children(q.stack, waiting, children, pair_of(na.first, b), std::uint64_t{1} << 32);
+      return push_children(q.stack, waiting, children, pair_of(a, nb.first), 1);
     }
-  }
+    const unsigned children = children_in_reach<L, Slab>(q, q.b, b, q.a, a, pose.b_to_a);
+    return push_children(q.stack, waiting, children, pair_of(na.first, b), std::uint64_t{1} << 32);
+  });
 }
 
 template <class L>

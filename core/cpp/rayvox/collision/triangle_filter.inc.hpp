@@ -5,8 +5,8 @@
 /// Relative to the first triangle's first corner.
 template <class L>
 struct TrianglePairLanes {
-  typename L::Float a_edge[2][3];  // from its first corner to the others
-  typename L::Float b[3][3];       // corners
+  typename L::Float a_edge[2][3];        // from its first corner to the others
+  typename L::Float b[3][3];             // corners
   typename L::Float a_extent, b_extent;  // largest difference of two corners in one coordinate
   typename L::Float difference_error;    // of the difference of two corners in a coordinate
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rayvox/geometry/rotation.hpp"
 #include "rayvox/map_collision/triangle_cube.hpp"
 
 namespace rayvox {
@@ -14,25 +15,6 @@ constexpr double least_margin_m = 1e-12;
 // More than float64 takes from the placement of a corner or a voxel, relative to their distances from the pose's
 // origin.
 constexpr double rounding_of_placement = 0x1p-50;
-
-double deviation_from_rotation(const double* r) {
-  double most = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const double dot = r[i] * r[j] + r[3 + i] * r[3 + j] + r[6 + i] * r[6 + j];
-      most = std::max(most, std::abs(dot - (i == j ? 1 : 0)));
-    }
-  }
-  return most;
-}
-
-void invert(const double* r, double* inverse) {
-  const double cofactor[9] = {r[4] * r[8] - r[5] * r[7], r[2] * r[7] - r[1] * r[8], r[1] * r[5] - r[2] * r[4],
-                              r[5] * r[6] - r[3] * r[8], r[0] * r[8] - r[2] * r[6], r[2] * r[3] - r[0] * r[5],
-                              r[3] * r[7] - r[4] * r[6], r[1] * r[6] - r[0] * r[7], r[0] * r[4] - r[1] * r[3]};
-  const double determinant = r[0] * cofactor[0] + r[1] * cofactor[3] + r[2] * cofactor[6];
-  for (int i = 0; i < 9; ++i) inverse[i] = cofactor[i] / determinant;
-}
 
 Vec3d product(const double* r, const Vec3d& p) {
   return {r[0] * p.x + r[1] * p.y + r[2] * p.z, r[3] * p.x + r[4] * p.y + r[5] * p.z,
@@ -53,7 +35,7 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
   padding_m_ = padding_m;
   std::copy_n(T_map_link.rotation(), 9, rotation_);
   for (int i = 0; i < 9; ++i) rotation_f32_[i] = static_cast<float>(rotation_[i]);
-  invert(rotation_, inverse_);
+  invert_rotation(rotation_, inverse_);
   translation_ = T_map_link.translation();
   centre_ = turned(body_.mesh().centre_m());
   const double deviation = deviation_from_rotation(rotation_);

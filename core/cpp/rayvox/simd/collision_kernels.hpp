@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "rayvox/collision/bvh_view.hpp"
+#include "rayvox/collision/neural_gas.hpp"
 #include "rayvox/map_collision/placed_boxes.hpp"
 
 namespace rayvox {
@@ -63,6 +64,11 @@ struct CollisionKernels {
   void (*traverse[5])(const TraversalQuery&);
   /// The cone that each of 16 directions (x, y and z in rows) lies in.
   void (*choose_cones)(const ConeRows&, const float (*direction)[16], std::int32_t* cone);
+  // Batch Neural Gas (collision/neural_gas.inc.hpp). `weight_of_rank`: sixteen, aligned.
+  void (*adapt_prototypes)(GasPrototypes&, const PartitionItem* items, std::size_t item_count, std::size_t samples,
+                           const float* weight_of_rank);
+  void (*nearest_prototypes)(const GasPrototypes&, const PartitionItem* items, std::size_t count,
+                             std::uint8_t* nearest);
   // A mesh against voxels (map_collision/cube_tests.inc.hpp).
   void (*place_boxes)(const BoxBlock&, const float* rotation, float margin_m, PlacedBoxes&);
   unsigned (*boxes_meeting_cube)(const PlacedBoxes&, const LocalCube&);

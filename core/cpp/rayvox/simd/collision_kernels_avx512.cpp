@@ -8,32 +8,12 @@
 namespace rayvox::avx512 {
 namespace {
 
-// clang-format off
 #include "rayvox/simd/collision_lanes_avx512.hpp"
-#include "rayvox/collision/realign.inc.hpp"
-#include "rayvox/collision/triangle_filter.inc.hpp"
-#include "rayvox/collision/leaf_pair.inc.hpp"
-#include "rayvox/collision/traverse.inc.hpp"
-#include "rayvox/collision/traverse_boxes.inc.hpp"
-#include "rayvox/map_collision/cube_tests.inc.hpp"
-#include "rayvox/map_collision/cube_gaps.inc.hpp"
-// clang-format on
+
+constexpr char instruction_set[] = "avx512";
 
 }  // namespace
 
-extern const CollisionKernels collision_table;
-const CollisionKernels collision_table{
-    "avx512",
-    {traverse_scalar, traverse_by_orientation<CollisionLanes>, traverse_one_vs_sixteen<CollisionLanes>,
-     traverse_four_vs_four<CollisionLanes>, traverse_hybrid<CollisionLanes>},
-    choose_cones<CollisionLanes>,
-    place_boxes<CollisionLanes>,
-    boxes_meeting_cube<CollisionLanes>,
-    place_triangles<CollisionLanes>,
-    triangles_meeting_cube<CollisionLanes>,
-    boxes_near_cube<CollisionLanes>,
-    triangles_near_cube<CollisionLanes>,
-    boxes_near_octants<CollisionLanes>,
-    triangles_near_octants<CollisionLanes>};
+#include "rayvox/simd/collision_kernels.inc.hpp"
 
 }  // namespace rayvox::avx512

@@ -13,10 +13,6 @@ struct CollisionLanes {
   static Float load(const std::uint16_t* p) {
     return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
   }
-  /// The first n lanes; the others are zero and their memory is not read.
-  static Float load_first(const float* p, int n) {
-    return n >= 8 ? _mm256_loadu_ps(p) : _mm256_maskload_ps(p, _mm256_castps_si256(first(n)));
-  }
   static void store(float* p, Float v) { _mm256_storeu_ps(p, v); }
   static Float broadcast(float v) { return _mm256_set1_ps(v); }
 

@@ -13,10 +13,6 @@ struct CollisionLanes {
   static Float load(const std::uint16_t* p) {
     return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
   }
-  /// The first n lanes; the others are zero and their memory is not read.
-  static Float load_first(const float* p, int n) {
-    return _mm512_maskz_loadu_ps(static_cast<__mmask16>(n >= 16 ? 0xffff : (1 << n) - 1), p);
-  }
   static void store(float* p, Float v) { _mm512_storeu_ps(p, v); }
   static Float broadcast(float v) { return _mm512_set1_ps(v); }
 

@@ -20,8 +20,6 @@ struct CollisionLanes {
     __builtin_memcpy(&value, &bits, sizeof value);
     return value;
   }
-  /// The first n lanes; the others are zero and their memory is not read.
-  static Float load_first(const float* p, int n) { return n > 0 ? *p : 0.0f; }
   static void store(float* p, Float v) { *p = v; }
   static Float broadcast(float v) { return v; }
 

@@ -88,6 +88,8 @@ struct Kernels {
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
+  /// The octant's 64 values: one for the free cells, one for the occupied ones, 0 for the others.
+  void (*fill_octant)(std::uint64_t free, float freed, std::uint64_t occupied, float hit, float* out);
   /// False if an end is not finite or outside the octree.
   bool (*make_ray_ends)(const RayEnds&);
   /// Which of an octant's 64 values are above the bound.

@@ -98,6 +98,8 @@ struct Kernels {
   bool (*project_directions)(const BeamProjection&);
   /// Adds nothing but what it finds: `bounds` come in with count 0.
   void (*bound_directions)(const BeamProjection&, BeamBounds (&bounds)[6]);
+  /// Replaces faces by bins, and u and v by their inverses; returns the sum of the depths.
+  double (*find_bins)(const BeamProjection&, const BeamBins&);
   /// False only if no ray of the scan enters the block.
   bool (*beam_reaches)(const BeamScan&, const CellBlock&);
   /// How many rays clip_to_block has to look at.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <limits>
 
 #include "rayvox/ray_shooting/ray_walker.hpp"
 
@@ -99,9 +100,12 @@ void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t las
 void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry,
                         int tile_level) {
   const TileAddresses addresses(geometry, tile_level);
+  Cell latest{std::numeric_limits<std::int32_t>::max(), 0, 0};
   for (std::size_t ray = first; ray < last; ++ray) {
     if (!rays.marks_end[ray]) continue;
     const Cell end = MapGeometry::cell_of({rays.end[0][ray], rays.end[1][ray], rays.end[2][ray]});
+    if (end == latest) continue;  // neighbours often end in the same cell
+    latest = end;
     bin_of(end, addresses).ends.push_back(addresses.within_tile(end));
   }
 }

@@ -1,7 +1,7 @@
 """Scan insertion, points to updated octree: rayvox against OctoMap in one run.
 
-    python -m benchmarks.insertion [--quick] [--passes N] [--octomap-passes N] [--repeats N] [--only TEXT]
-                                   [--write NAME]
+    python -m benchmarks.insertion [--quick] [--scans N] [--passes N] [--octomap-passes N] [--repeats N]
+                                   [--only TEXT] [--write NAME]
 
 First scan: into an empty map. Steady state: the scans inserted PASSES times over into one map, the last half of the
 passes. Medians over scans, passes and repeats; rayvox and OctoMap take turns. Both get the same float32 rays.
@@ -161,6 +161,8 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Scan insertion: rayvox against OctoMap.")
     parser.add_argument("--quick", action="store_true", help="two scans of each workload, one repeat, few passes")
+    # OctoMap takes half a minute an outdoor sweep: `--only outdoor --scans 1 --octomap-passes 2` bounds it.
+    parser.add_argument("--scans", type=int, help="only the first N scans of each workload, for every contender")
     parser.add_argument("--passes", type=int, default=20)
     # Five misses saturate a voxel, so OctoMap's sixth pass is its steady state; twenty would take an hour.
     parser.add_argument("--octomap-passes", type=int, default=6)
@@ -170,7 +172,7 @@ def main() -> None:
     arguments = parser.parse_args()
     passes, repeats, octomap_passes = arguments.passes, arguments.repeats, arguments.octomap_passes
     header = provenance()
-    workloads = [w for w in standard_workloads() if arguments.only in w.name]
+    workloads = [replace(w, scans=w.scans[: arguments.scans]) for w in standard_workloads() if arguments.only in w.name]
     if arguments.quick:
         passes, repeats = 12, 1
         workloads = [replace(w, scans=w.scans[:2]) for w in workloads]

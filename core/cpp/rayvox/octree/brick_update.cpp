@@ -35,10 +35,14 @@ struct OctantView {
       if (known) min_log_odds = brick.octant_min[octant];
     }
   }
-  // All marked cells are known and the octant as a whole is at the bound that its marks push towards.
-  bool saturated(std::uint64_t free, std::uint64_t occupied, const UpdateModel& model) const {
-    if ((free | occupied) & ~known) return false;
-    return (!free || max_log_odds <= model.clamp_min) && (!occupied || min_log_odds >= model.clamp_max);
+  // Cells that a miss may change: in steady state most are at the bound, and octants wholly at it are not even read.
+  std::uint64_t changed_by_miss(const UpdateModel& model, const Kernels& kernels) const {
+    if (!known || max_log_odds <= model.clamp_min) return ~known;
+    return cells ? ~known | kernels.cells_above(cells, model.clamp_min) : all_cells;
+  }
+  // Cells that a hit may change.
+  std::uint64_t changed_by_hit(const UpdateModel& model) const {
+    return known && min_log_odds >= model.clamp_max ? ~known : all_cells;
   }
 };
 
@@ -78,20 +82,48 @@ bool all_uniform_and_equal(const Brick& brick) {
   return true;
 }
 
+// update_brick of an unknown slot: nothing to read, and only two values to write.
+int fill_brick(Child& slot, const BrickMarks& marks, const UpdateModel& model, const Kernels& kernels) {
+  const float freed = std::clamp(model.miss, model.clamp_min, model.clamp_max);
+  const float hit = std::clamp(model.hit, model.clamp_min, model.clamp_max);
+  int changed = 0;
+  std::uint8_t dense_mask = 0;
+  for (int i = 0; i < 8; ++i) {
+    const std::uint64_t free = marks.free[i], occupied = marks.occupied[i], known = free | occupied;
+    if (!known) continue;
+    changed += __builtin_popcountll(known);
+    const bool uniform = free == all_cells || occupied == all_cells || (known == all_cells && freed == hit);
+    if (!uniform) dense_mask |= static_cast<std::uint8_t>(1u << i);
+  }
+  if (!changed) return 0;
+  Brick& brick = *Brick::create(dense_mask);
+  slot = Child::adopt(&brick);
+  for (int i = 0; i < 8; ++i) {
+    const std::uint64_t free = marks.free[i], occupied = marks.occupied[i];
+    brick.known[i] = free | occupied;
+    if (!brick.known[i]) continue;
+    brick.octant_max[i] = !free ? hit : !occupied ? freed : std::max(freed, hit);
+    brick.octant_min[i] = !free ? hit : !occupied ? freed : std::min(freed, hit);
+    if (brick.is_dense(i)) kernels.fill_octant(free, freed, occupied, hit, brick.cells(i));
+  }
+  if (all_uniform_and_equal(brick)) slot = Child::leaf(brick.octant_max[0]);
+  return changed;
+}
+
 }  // namespace
 
 int update_brick(Child& slot, const BrickMarks& marks, const UpdateModel& model, const Kernels& kernels) {
+  if (slot.is_unknown()) return fill_brick(slot, marks, model, kernels);
   UpdatedOctant updated[8];
   std::uint8_t updated_mask = 0;
   std::uint8_t dense_mask = slot.kind() == Child::Kind::brick ? slot.brick()->dense_mask : 0;
   int changed = 0;
   for (int i = 0; i < 8; ++i) {
     const OctantView before(slot, i);
-    const std::uint64_t occupied = marks.occupied[i];
-    std::uint64_t free = marks.free[i];
-    // In steady state most misses meet cells at the bound: what is left of them is often nothing.
-    if (free && before.cells) free &= ~before.known | kernels.cells_above(before.cells, model.clamp_min);
-    if (!(free | occupied) || before.saturated(free, occupied, model)) continue;
+    std::uint64_t free = marks.free[i], occupied = marks.occupied[i];
+    if (free) free &= before.changed_by_miss(model, kernels);
+    if (occupied) occupied &= before.changed_by_hit(model);
+    if (!(free | occupied)) continue;
     if (!update_octant(before, free, occupied, model, kernels, updated[i])) continue;
     const auto bit = static_cast<std::uint8_t>(1u << i);
     updated_mask |= bit;

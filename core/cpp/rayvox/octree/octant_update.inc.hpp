@@ -32,6 +32,16 @@ static OctantOutput update_octant(const OctantInput& in, const UpdateModel& mode
 }
 
 template <class L>
+static void fill_octant(std::uint64_t free, float freed, std::uint64_t occupied, float hit, float* out) {
+  using F = typename L::Float;
+  const F zero = L::broadcast(0.0f), value_freed = L::broadcast(freed), value_hit = L::broadcast(hit);
+  for (int first = 0; first < 64; first += L::width) {
+    const F values = L::select(L::from_bits(static_cast<unsigned>(free >> first)), value_freed, zero);
+    L::store(out + first, L::select(L::from_bits(static_cast<unsigned>(occupied >> first)), value_hit, values));
+  }
+}
+
+template <class L>
 static std::uint64_t cells_above(const float* log_odds, float bound) {
   std::uint64_t above = 0;
   for (int first = 0; first < 64; first += L::width) {

@@ -28,7 +28,7 @@ struct TileOpener {
 
   void visit(Child& slot, std::uint64_t& slot_revision, int level, std::span<const std::uint64_t> tiles) {
     if (level == tile_level) {
-      open.push_back({&slot, &slot_revision});
+      open.push_back({tile_level, &slot, &slot_revision});
       return;
     }
     InnerNode& node = open_inner(slot, slot_revision);
@@ -86,10 +86,10 @@ struct TileUpdater {
 
 }  // namespace
 
-std::vector<OpenTile> open_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles) {
+std::vector<OpenTile> open_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles, int tile_level) {
   std::vector<OpenTile> open;
   open.reserve(tiles.size());
-  TileOpener{map.geometry.tile_level(), open}.visit(map.root, map.root_revision, map.geometry.depth(), tiles);
+  TileOpener{tile_level, open}.visit(map.root, map.root_revision, map.geometry.depth(), tiles);
   return open;
 }
 
@@ -98,12 +98,11 @@ std::uint64_t update_tile(const OpenTile& tile, std::span<const MarkedBrick> bri
   if (bricks.empty()) return 0;
   const SensorModel& m = map.model;
   const UpdateModel model{m.hit_log_odds, m.miss_log_odds, m.clamp_min_log_odds, m.clamp_max_log_odds};
-  return TileUpdater{model, kernels, map.revision}.visit(*tile.slot, *tile.slot_revision, map.geometry.tile_level(),
-                                                         bricks);
+  return TileUpdater{model, kernels, map.revision}.visit(*tile.slot, *tile.slot_revision, tile.level, bricks);
 }
 
-void close_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles) {
-  TileCloser{map.geometry.tile_level()}.visit(map.root, map.root_revision, map.geometry.depth(), tiles);
+void close_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles, int tile_level) {
+  TileCloser{tile_level}.visit(map.root, map.root_revision, map.geometry.depth(), tiles);
 }
 
 }  // namespace rayvox

@@ -18,19 +18,20 @@ struct MarkedBrick {
 
 /// A tile's slot, owned by the map alone while it is open.
 struct OpenTile {
+  int level = 0;
   Child* slot = nullptr;
   std::uint64_t* slot_revision = nullptr;
 };
 
-/// Opens every node above the given tiles (ascending Morton codes, in tiles). Distinct tiles may then be updated by
-/// distinct threads.
-std::vector<OpenTile> open_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles);
+/// Opens every node above the given tiles of 2^tile_level cells a side (ascending Morton codes, in tiles). Distinct
+/// tiles may then be updated by distinct threads.
+std::vector<OpenTile> open_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles, int tile_level);
 
 /// Applies the marks (ascending brick codes) below one open tile; returns the number of cells changed.
 std::uint64_t update_tile(const OpenTile& tile, std::span<const MarkedBrick> bricks, const MapSnapshot& map,
                           const Kernels& kernels);
 
 /// Prunes and summarises the nodes above the tiles again.
-void close_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles);
+void close_tiles(MapSnapshot& map, std::span<const std::uint64_t> tiles, int tile_level);
 
 }  // namespace rayvox

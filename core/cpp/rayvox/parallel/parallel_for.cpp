@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <deque>
@@ -20,6 +21,18 @@ namespace rayvox {
 namespace {
 
 constexpr int most_threads = 256;
+// The parallel parts of one insertion follow each other within microseconds, and a thread that sleeps takes some fifty
+// to wake: so threads look for more to do this long, giving way to others, before they sleep.
+constexpr std::chrono::microseconds time_awake{100};
+
+template <class Condition>
+bool await(const Condition& holds) {
+  for (const auto start = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - start < time_awake;) {
+    if (holds()) return true;
+    std::this_thread::yield();
+  }
+  return false;
+}
 
 thread_local int spared_threads = 0;
 
@@ -34,7 +47,7 @@ struct Job {
   std::atomic<int> workers{0};
   std::mutex mutex;
   std::condition_variable finished;
-  int running = 0;
+  std::atomic<int> running{0};
   std::exception_ptr error;
 
   void work() {
@@ -80,9 +93,11 @@ class Pool {
         ++thread_count_;
       }
       for (int i = 0; i < helpers; ++i) jobs_.push_back(job);
+      job_count_.store(jobs_.size());
     }
     if (helpers > 0) wake_.notify_all();
     job->work();
+    await([&] { return job->running.load() == 0; });
     std::unique_lock lock(job->mutex);
     job->finished.wait(lock, [&] { return job->running == 0; });
   }
@@ -91,11 +106,13 @@ class Pool {
   void serve() {
     for (;;) {
       std::shared_ptr<Job> job;
+      await([&] { return job_count_.load() > 0; });
       {
         std::unique_lock lock(mutex_);
         wake_.wait(lock, [&] { return !jobs_.empty(); });
         job = std::move(jobs_.front());
         jobs_.pop_front();
+        job_count_.store(jobs_.size());
       }
       job->work();
     }
@@ -105,6 +122,7 @@ class Pool {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::shared_ptr<Job>> jobs_;
+  std::atomic<std::size_t> job_count_{0};  // jobs_.size(), to be read without the lock
   int thread_count_ = 0;
 };
 

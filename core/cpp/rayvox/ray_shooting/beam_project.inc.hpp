@@ -27,6 +27,37 @@ static bool project_directions(const BeamProjection& rays) {
   return least >= least_beam_depth;
 }
 
+static inline float inverse_of_direction(float u) {
+  return __builtin_fabsf(u) < beam_flat ? __builtin_copysignf(1 / beam_flat, u) : 1 / u;
+}
+
+static inline std::int32_t bin_along(float direction, float low, float bins_per_unit, std::int32_t last) {
+  const auto bin = static_cast<std::int32_t>((direction - low) * bins_per_unit);
+  return bin < last ? bin : last;
+}
+
+// Again for the compiler to vectorise.
+static double find_bins(const BeamProjection& rays, const BeamBins& all) {
+  const BeamBins bins = all;  // a copy, which the compiler knows nobody else writes
+  std::uint32_t* faces = rays.face;
+  float *us = rays.u, *vs = rays.v;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    const auto f = static_cast<std::int32_t>(faces[i]);
+    const std::int32_t column = bin_along(us[i], bins.u_low[f], bins.bins_per_unit[f], bins.last_column[f]);
+    const std::int32_t row = bin_along(vs[i], bins.v_low[f], bins.bins_per_unit[f], bins.last_row[f]);
+    faces[i] = static_cast<std::uint32_t>(bins.first[f] + row * bins.columns[f] + column);
+    us[i] = inverse_of_direction(us[i]);
+    vs[i] = inverse_of_direction(vs[i]);
+  }
+  double total[8] = {};
+  std::size_t i = 0;
+  for (; i + 8 <= rays.count; i += 8) {
+    for (std::size_t k = 0; k < 8; ++k) total[k] += rays.depth[i + k];
+  }
+  for (; i < rays.count; ++i) total[0] += rays.depth[i];
+  return total[0] + total[1] + total[2] + total[3] + total[4] + total[5] + total[6] + total[7];
+}
+
 // Least and greatest u and v per face.
 template <class L>
 static void bound_directions(const BeamProjection& rays, BeamBounds (&bounds)[6]) {

@@ -65,6 +65,12 @@ struct BeamBounds {
   std::uint32_t count;
 };
 
+/// Where the bins of each face lie: of face f (as in BeamProjection), from bin `first[f]` on, row-major.
+struct BeamBins {
+  float u_low[6], v_low[6], bins_per_unit[6];
+  std::int32_t first[6], columns[6], last_column[6], last_row[6];
+};
+
 /// Directions this close to a coordinate plane are stored as if in it (inverse +-2^100); cells whose border plane holds
 /// the origin decide such rays exactly.
 constexpr float beam_flat = 0x1p-100f;

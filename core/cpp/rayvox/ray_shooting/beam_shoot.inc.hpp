@@ -3,7 +3,17 @@
 // leave undecided is tested ray by ray in float32 with an error bound, and exactly where that is not enough. Included
 // once per instruction set, inside its namespace, after its Lanes and beam_cells.inc.hpp.
 
-// Whether any ray of the face passes the cell, ray by ray.
+static inline std::uint32_t later(std::uint32_t at, int by, std::uint32_t end) {
+  const std::uint32_t next = at + static_cast<std::uint32_t>(by);
+  return next < end ? next : end;
+}
+
+// The lowest `count` bits, at most `most`.
+static inline unsigned first_bits(std::uint32_t count, int most) {
+  return (1u << (count < static_cast<std::uint32_t>(most) ? static_cast<int>(count) : most)) - 1;
+}
+
+// Whether any ray of the face passes the cell, ray by ray; rows of bins have few rays, so two share a wide vector.
 template <class L>
 static bool any_ray_passes(const BeamScan& scan, const BeamFace& face, const SeenBox& box, const std::int32_t cell[3]) {
   using F = typename L::Float;
@@ -14,17 +24,21 @@ static bool any_ray_passes(const BeamScan& scan, const BeamFace& face, const See
   const F u0 = L::broadcast(box.u[0]), u1 = L::broadcast(box.u[1]);
   const F v0 = L::broadcast(box.v[0]), v1 = L::broadcast(box.v[1]);
   const bool on_u_plane = box.u[0] == 0 || box.u[1] == 0, on_v_plane = box.v[0] == 0 || box.v[1] == 0;
-  for (std::int32_t row = v.first; row <= v.last; ++row) {
+  constexpr int rows = L::rows_at_once, share = L::width / rows;
+  for (std::int32_t row = v.first; row <= v.last; row += rows) {
     const std::uint32_t* starts = face.bin_start + static_cast<std::size_t>(row) * face.columns;
-    const std::uint32_t end = starts[u.last + 1];
-    for (std::uint32_t at = starts[u.first]; at < end; at += L::width) {
+    const std::uint32_t* second = starts + (rows == 2 && row < v.last ? face.columns : 0);
+    std::uint32_t at[2] = {starts[u.first], second[u.first]}, end[2] = {starts[u.last + 1], second[u.last + 1]};
+    if (second == starts) at[1] = end[1];
+    for (; at[0] < end[0] || at[1] < end[1]; at[0] = later(at[0], share, end[0]), at[1] = later(at[1], share, end[1])) {
       F inverse_u, inverse_v, depth;
-      L::load_columns(&scan.rays[at].inverse_u, inverse_u, inverse_v, depth);
+      L::load_columns(&scan.rays[at[0]].inverse_u, &scan.rays[at[1]].inverse_u, inverse_u, inverse_v, depth);
       const F cross_u0 = L::multiply(u0, inverse_u), cross_u1 = L::multiply(u1, inverse_u);
       const F cross_v0 = L::multiply(v0, inverse_v), cross_v1 = L::multiply(v1, inverse_v);
       const F enter = L::max(near, L::max(L::min(cross_u0, cross_u1), L::min(cross_v0, cross_v1)));
       const F leave = L::min(far, L::min(L::max(cross_u0, cross_u1), L::max(cross_v0, cross_v1)));
-      const M here = L::first_lanes(end - at);
+      const M here =
+          L::from_bits(first_bits(end[0] - at[0], share) | first_bits(end[1] - at[1], share) << (rows - 1) * share);
       M delicate = L::from_bits(0);
       if (on_u_plane)
         delicate = L::either(delicate, L::less_equal(L::broadcast(1 / beam_flat), L::absolute(inverse_u)));
@@ -38,7 +52,8 @@ static bool any_ray_passes(const BeamScan& scan, const BeamFace& face, const See
           L::both(L::less_equal(L::add(enter, slack), depth), L::less_equal(L::add(depth, slack), leave));
       unsigned doubtful = L::bits(L::both(here, L::either(delicate, L::invert(L::either(misses, ends_inside)))));
       for (; doubtful; doubtful &= doubtful - 1) {
-        if (passes_cell(scan, scan.rays[at + static_cast<unsigned>(__builtin_ctz(doubtful))].ray, cell)) return true;
+        const int lane = __builtin_ctz(doubtful), of_row = lane / share;
+        if (passes_cell(scan, scan.rays[at[of_row] + static_cast<unsigned>(lane % share)].ray, cell)) return true;
       }
     }
   }

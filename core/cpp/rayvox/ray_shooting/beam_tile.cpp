@@ -28,31 +28,32 @@ bool BeamShooter::is_wanted(const Child* slot, const Cell& first, int level) con
          kernels_.beam_reaches(scan_, block_at(first, level));
 }
 
-std::optional<std::vector<std::uint64_t>> BeamShooter::tiles_to_shoot(std::size_t most) const {
+std::optional<std::vector<std::uint64_t>> BeamShooter::tiles_to_shoot(int tile_level, std::size_t most) const {
   std::vector<std::uint64_t> tiles;
-  list_tiles(&map_.root, root_cell(map_.geometry), map_.geometry.depth(), most, tiles);
+  list_tiles(&map_.root, root_cell(map_.geometry), map_.geometry.depth(), tile_level, most, tiles);
   if (tiles.size() > most) return std::nullopt;
   return tiles;
 }
 
-void BeamShooter::list_tiles(const Child* slot, const Cell& first, int level, std::size_t most,
+void BeamShooter::list_tiles(const Child* slot, const Cell& first, int level, int tile_level, std::size_t most,
                              std::vector<std::uint64_t>& tiles) const {
   if (tiles.size() > most || !is_wanted(slot, first, level)) return;
-  if (level == map_.geometry.tile_level()) {
+  if (level == tile_level) {
     tiles.push_back(map_.geometry.morton_of(first) >> (3 * level));
     return;
   }
-  for (int i = 0; i < 8; ++i) list_tiles(child_of(slot, i), child_cell(first, level, i), level - 1, most, tiles);
+  for (int i = 0; i < 8; ++i)
+    list_tiles(child_of(slot, i), child_cell(first, level, i), level - 1, tile_level, most, tiles);
 }
 
-std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const Child& slot, BeamScratch& scratch) const {
-  const int level = map_.geometry.tile_level();
+std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const OpenTile& open, BeamScratch& scratch) const {
+  const int level = open.level;
   const Cell first = map_.geometry.cell_of_morton(tile << (3 * level));
   const CellBlock block = block_at(first, level);
   const double rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
   const auto most = static_cast<std::uint64_t>(rays * ns_per_walked_ray * block.size() / 64 / ns_per_asked_cell);
   scratch.bricks.clear();
-  const std::uint64_t asked = collect(&slot, first, level, 0, most, scratch.bricks);
+  const std::uint64_t asked = collect(open.slot, first, level, 0, most, scratch.bricks);
   if (asked > most) return walk_rays(block, scratch);
   for (const BeamScratch::WantedBrick& brick : scratch.bricks) {
     kernels_.shoot_brick(scan_, brick.block.cell, brick.wanted, scratch.masks.free + std::size_t{brick.brick} * 8);
@@ -103,7 +104,7 @@ std::uint64_t BeamShooter::walk_rays(const CellBlock& tile, BeamScratch& scratch
                           count},
                          scratch.marks);
   std::uint64_t none_occupied[8];
-  for (std::size_t brick = 0; brick < bricks_per_tile; ++brick) {
+  for (std::size_t brick = 0; brick < std::size_t{1} << (3 * (tile.level - brick_level)); ++brick) {
     kernels_.take_marks(scratch.marks.cell + brick * cells_per_brick, scratch.masks.free + brick * 8, none_occupied);
   }
   std::uint64_t walked = 0;

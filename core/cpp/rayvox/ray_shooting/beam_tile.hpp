@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rayvox/octree/map_snapshot.hpp"
+#include "rayvox/octree/tile_update.hpp"
 #include "rayvox/ray_shooting/scan_rays.hpp"
 #include "rayvox/simd/kernels.hpp"
 
@@ -34,16 +35,17 @@ class BeamShooter {
   BeamShooter(const BeamScan& scan, std::size_t ray_count, const MapSnapshot& map, const Kernels& kernels)
       : scan_(scan), ray_count_(ray_count), map_(map), kernels_(kernels) {}
 
-  /// Morton codes (in tiles, ascending) of the tiles that rays reach and in which a miss would change something.
-  /// Nothing once they are more than `most`: rays so sparse that the bins between them fill with tiles none passes.
-  std::optional<std::vector<std::uint64_t>> tiles_to_shoot(std::size_t most) const;
-  /// Sets the free bits of the cells of one tile, under `slot`, that rays pass, save some of those that a miss leaves
-  /// as they are. Returns how many cells were asked or walked.
-  std::uint64_t shoot_tile(std::uint64_t tile, const Child& slot, BeamScratch& scratch) const;
+  /// Morton codes (in tiles, ascending) of the tiles of this level that rays reach and in which a miss would change
+  /// something. Nothing once they are more than `most`: rays so sparse that the bins between them fill with tiles none
+  /// passes.
+  std::optional<std::vector<std::uint64_t>> tiles_to_shoot(int tile_level, std::size_t most) const;
+  /// Sets the free bits of the cells of one tile that rays pass, save some of those that a miss leaves as they are.
+  /// Returns how many cells were asked or walked.
+  std::uint64_t shoot_tile(std::uint64_t tile, const OpenTile& open, BeamScratch& scratch) const;
 
  private:
   bool is_wanted(const Child* slot, const Cell& first, int level) const;
-  void list_tiles(const Child* slot, const Cell& first, int level, std::size_t most,
+  void list_tiles(const Child* slot, const Cell& first, int level, int tile_level, std::size_t most,
                   std::vector<std::uint64_t>& tiles) const;
   std::uint64_t collect(const Child* slot, const Cell& first, int level, std::uint32_t brick, std::uint64_t most,
                         std::vector<BeamScratch::WantedBrick>& bricks) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "rayvox/parallel/parallel_for.hpp"
 
@@ -13,6 +14,7 @@ constexpr std::size_t least_rays_per_share = 2048;
 constexpr std::size_t most_shares = 8;  // each has counters of its own for all bins
 constexpr std::size_t padding = 16;     // what vectors may read beyond an array's end
 constexpr float rays_per_bin = 2;
+constexpr std::int32_t rows_per_task = 32;
 constexpr std::int32_t most_bins_along = 1 << (max_beam_levels - 1);
 
 // float32 cannot tell on which side of a border the origin lies.
@@ -37,32 +39,34 @@ void lay_out(const BeamBounds& bounds, BeamFace& face) {
   face.rows = std::min(most_bins_along, static_cast<std::int32_t>(height * face.bins_per_unit) + 1);
 }
 
-float inverse(float u) { return std::abs(u) < beam_flat ? std::copysign(1 / beam_flat, u) : 1 / u; }
-
 }  // namespace
 
 bool DirectionIndex::build(const ScanRays& rays, int workers, const Kernels& kernels) {
   if (too_close_to_border(rays.origin)) return false;
   const std::size_t share_count =
       std::clamp<std::size_t>(rays.count() / least_rays_per_share, 1, std::min<std::size_t>(most_shares, workers));
-  std::vector<Share> shares(share_count);
+  shares_.resize(share_count);
   for (std::size_t i = 0; i < share_count; ++i) {
-    shares[i].first = rays.count() * i / share_count;
-    shares[i].last = rays.count() * (i + 1) / share_count;
+    shares_[i].first = rays.count() * i / share_count;
+    shares_[i].last = rays.count() * (i + 1) / share_count;
   }
   for (auto* array : {&u_, &v_, &depth_}) array->resize(rays.count() + padding);
-  face_.resize(rays.count() + padding);
+  bin_.resize(rays.count() + padding);
   rays_.resize(rays.count() + padding);
+  for (Share& share : shares_) share.projection = projection_of(rays, share);
 
-  parallel_for(share_count, workers, [&](std::size_t i, int) { project(rays, shares[i], kernels); });
-  if (!std::all_of(shares.begin(), shares.end(), [](const Share& share) { return share.sortable; })) return false;
-  lay_out_bins(shares);
-  parallel_for(share_count, workers, [&](std::size_t i, int) { count(shares[i]); });
+  const auto for_each_share = [&](const auto& work) {
+    parallel_for(share_count, workers, [&](std::size_t i, int) { work(shares_[i]); });
+  };
+  for_each_share([&](Share& share) { project(share, kernels); });
+  if (!std::all_of(shares_.begin(), shares_.end(), [](const Share& share) { return share.sortable; })) return false;
+  lay_out_bins();
+  for_each_share([&](Share& share) { count(share, kernels); });
   total_depth_ = 0;
-  for (const Share& share : shares) total_depth_ += share.total_depth;
-  place_bins(shares);
-  parallel_for(share_count, workers, [&](std::size_t i, int) { sort(shares[i]); });
-  measure_depths();
+  for (const Share& share : shares_) total_depth_ += share.total_depth;
+  place_bins();
+  for_each_share([&](Share& share) { sort(share); });
+  measure_depths(workers);
 
   for (int axis = 0; axis < 3; ++axis) {
     scan_.origin[axis] = rays.origin[axis];
@@ -73,28 +77,31 @@ bool DirectionIndex::build(const ScanRays& rays, int workers, const Kernels& ker
   return true;
 }
 
-void DirectionIndex::project(const ScanRays& rays, Share& share, const Kernels& kernels) {
+BeamProjection DirectionIndex::projection_of(const ScanRays& rays, const Share& share) {
   const std::size_t first = share.first;
-  const BeamProjection part{{rays.origin.x, rays.origin.y, rays.origin.z},
-                            {rays.end[0].data() + first, rays.end[1].data() + first, rays.end[2].data() + first},
-                            face_.data() + first,
-                            u_.data() + first,
-                            v_.data() + first,
-                            depth_.data() + first,
-                            share.last - first};
-  std::fill(std::begin(share.bounds), std::end(share.bounds), BeamBounds{});
-  share.sortable = kernels.project_directions(part);
-  if (share.sortable) kernels.bound_directions(part, share.bounds);
+  return {{rays.origin.x, rays.origin.y, rays.origin.z},
+          {rays.end[0].data() + first, rays.end[1].data() + first, rays.end[2].data() + first},
+          bin_.data() + first,
+          u_.data() + first,
+          v_.data() + first,
+          depth_.data() + first,
+          share.last - first};
 }
 
-void DirectionIndex::lay_out_bins(const std::vector<Share>& shares) {
+void DirectionIndex::project(Share& share, const Kernels& kernels) {
+  std::fill(std::begin(share.bounds), std::end(share.bounds), BeamBounds{});
+  share.sortable = kernels.project_directions(share.projection);
+  if (share.sortable) kernels.bound_directions(share.projection, share.bounds);
+}
+
+void DirectionIndex::lay_out_bins() {
   scan_.face_count = 0;
   bin_count_ = 0;
   std::uint32_t level_start = 0;
   for (int f = 0; f < 6; ++f) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     BeamBounds all{{infinity, -infinity}, {infinity, -infinity}, 0};
-    for (const Share& share : shares) {
+    for (const Share& share : shares_) {
       const BeamBounds& part = share.bounds[f];
       all.count += part.count;
       all.u[0] = std::min(all.u[0], part.u[0]);
@@ -103,14 +110,19 @@ void DirectionIndex::lay_out_bins(const std::vector<Share>& shares) {
       all.v[1] = std::max(all.v[1], part.v[1]);
     }
     if (!all.count) continue;
-    view_of_face_[f] = scan_.face_count;
     BeamFace& face = scan_.face[scan_.face_count++];
     face.axis = f / 2;
     face.u_axis = f / 2 == 0 ? 1 : 0;
     face.v_axis = f / 2 == 2 ? 1 : 2;
     face.sign = f % 2 ? -1.0f : 1.0f;
     lay_out(all, face);
-    first_bin_[f] = bin_count_;
+    bins_.u_low[f] = face.u_low;
+    bins_.v_low[f] = face.v_low;
+    bins_.bins_per_unit[f] = face.bins_per_unit;
+    bins_.first[f] = static_cast<std::int32_t>(bin_count_);
+    bins_.columns[f] = face.columns;
+    bins_.last_column[f] = face.columns - 1;
+    bins_.last_row[f] = face.rows - 1;
     bin_count_ += static_cast<std::uint32_t>(face.columns * face.rows);
     face.levels = 0;
     for (std::int32_t columns = face.columns, rows = face.rows;; columns = (columns + 1) / 2, rows = (rows + 1) / 2) {
@@ -126,33 +138,23 @@ void DirectionIndex::lay_out_bins(const std::vector<Share>& shares) {
   farthest_.resize(level_start);
   for (int f = 0; f < scan_.face_count; ++f) {
     BeamFace& face = scan_.face[f];
-    face.bin_start = bin_start_.data() + first_bin_[2 * face.axis + (face.sign < 0)];
+    face.bin_start = bin_start_.data() + bins_.first[2 * face.axis + (face.sign < 0)];
     face.farthest = farthest_.data();
     face.deepest = deepest_.data() + (face.bin_start - bin_start_.data());
   }
 }
 
-void DirectionIndex::count(Share& share) {
+void DirectionIndex::count(Share& share, const Kernels& kernels) {
+  share.total_depth = kernels.find_bins(share.projection, bins_);
   share.next.assign(bin_count_, 0);
-  share.total_depth = 0;
-  for (std::size_t i = share.first; i < share.last; ++i) {
-    const BeamFace& face = scan_.face[view_of_face_[face_[i]]];
-    const std::int32_t column =
-        std::min(face.columns - 1, static_cast<std::int32_t>((u_[i] - face.u_low) * face.bins_per_unit));
-    const std::int32_t row =
-        std::min(face.rows - 1, static_cast<std::int32_t>((v_[i] - face.v_low) * face.bins_per_unit));
-    const std::uint32_t bin = first_bin_[face_[i]] + static_cast<std::uint32_t>(row * face.columns + column);
-    share.total_depth += depth_[i];
-    face_[i] = bin;
-    ++share.next[bin];
-  }
+  for (std::size_t i = share.first; i < share.last; ++i) ++share.next[bin_[i]];
 }
 
-void DirectionIndex::place_bins(std::vector<Share>& shares) {
+void DirectionIndex::place_bins() {
   std::uint32_t at = 0;
   for (std::uint32_t bin = 0; bin < bin_count_; ++bin) {
     bin_start_[bin] = at;
-    for (Share& share : shares) {
+    for (Share& share : shares_) {
       const std::uint32_t rays = share.next[bin];
       share.next[bin] = at;
       at += rays;
@@ -163,49 +165,69 @@ void DirectionIndex::place_bins(std::vector<Share>& shares) {
 
 void DirectionIndex::sort(Share& share) {
   for (std::size_t i = share.first; i < share.last; ++i) {
-    const std::uint32_t at = share.next[face_[i]]++;
-    rays_[at] = {inverse(u_[i]), inverse(v_[i]), depth_[i], static_cast<std::uint32_t>(i)};
+    const std::uint32_t at = share.next[bin_[i]]++;
+    rays_[at] = {u_[i], v_[i], depth_[i], static_cast<std::uint32_t>(i)};
   }
 }
 
-void DirectionIndex::measure_depths() {
-  const std::uint32_t none = bin_start_[bin_count_];
+void DirectionIndex::measure_depths(int workers) {
   // Vectors may read these beyond the last ray; none of them passes anything.
-  std::fill_n(rays_.data() + none, padding, BeamRay{0, 0, 0, 0});
-  for (int f = 0; f < scan_.face_count; ++f) {
-    const BeamFace& face = scan_.face[f];
-    std::uint32_t* deepest_of = deepest_.data() + (face.bin_start - bin_start_.data());
-    float* finest = farthest_.data() + face.level_start[0];
-    for (std::int32_t bin = 0; bin < face.columns * face.rows; ++bin) {
-      std::uint32_t deepest = none;
-      for (std::uint32_t at = face.bin_start[bin]; at < face.bin_start[bin + 1]; ++at) {
-        if (rays_[at].depth > rays_[deepest].depth) deepest = at;
-      }
-      deepest_of[bin] = deepest;
-      finest[bin] = rays_[deepest].depth;
+  std::fill_n(rays_.data() + bin_start_[bin_count_], padding, BeamRay{0, 0, 0, 0});
+  struct Rows {
+    const BeamFace* face;
+    std::int32_t first, last;
+  };
+  std::vector<Rows> tasks;
+  for (const BeamFace& face : std::span(scan_.face, static_cast<std::size_t>(scan_.face_count))) {
+    for (std::int32_t row = 0; row < face.rows; row += rows_per_task) {
+      tasks.push_back({&face, row, std::min(row + rows_per_task, face.rows)});
     }
-    std::int32_t columns = face.columns, rows = face.rows;
-    for (int level = 1; level < face.levels; ++level) {
-      const float* below = farthest_.data() + face.level_start[level - 1];
-      float* bins = farthest_.data() + face.level_start[level];
-      for (std::int32_t row = 0; row < (rows + 1) / 2; ++row) {
-        const float* upper = below + static_cast<std::size_t>(2 * row) * columns;
-        const float* lower = 2 * row + 1 < rows ? upper + columns : upper;
-        for (std::int32_t column = 0; column < (columns + 1) / 2; ++column) {
-          const std::int32_t left = 2 * column, right = std::min(left + 1, columns - 1);
-          *bins++ = std::max(std::max(upper[left], upper[right]), std::max(lower[left], lower[right]));
-        }
-      }
-      columns = (columns + 1) / 2;
-      rows = (rows + 1) / 2;
+  }
+  parallel_for(tasks.size(), workers, [&](std::size_t task, int) {
+    const Rows& rows = tasks[task];
+    find_deepest(*rows.face, rows.first * rows.face->columns, rows.last * rows.face->columns);
+  });
+  for (int f = 0; f < scan_.face_count; ++f) combine_depths(scan_.face[f]);
+}
+
+// The deepest ray of each bin of one face in [first, last).
+void DirectionIndex::find_deepest(const BeamFace& face, std::int32_t first, std::int32_t last) {
+  std::uint32_t* deepest_of = deepest_.data() + (face.bin_start - bin_start_.data());
+  float* finest = farthest_.data() + face.level_start[0];
+  for (std::int32_t bin = first; bin < last; ++bin) {
+    std::uint32_t deepest = bin_start_[bin_count_];  // passes nothing
+    for (std::uint32_t at = face.bin_start[bin]; at < face.bin_start[bin + 1]; ++at) {
+      if (rays_[at].depth > rays_[deepest].depth) deepest = at;
     }
+    deepest_of[bin] = deepest;
+    finest[bin] = rays_[deepest].depth;
+  }
+}
+
+// The pyramid over one face's bins.
+void DirectionIndex::combine_depths(const BeamFace& face) {
+  std::int32_t columns = face.columns, rows = face.rows;
+  for (int level = 1; level < face.levels; ++level) {
+    const float* below = farthest_.data() + face.level_start[level - 1];
+    float* bins = farthest_.data() + face.level_start[level];
+    for (std::int32_t row = 0; row < (rows + 1) / 2; ++row) {
+      const float* upper = below + static_cast<std::size_t>(2 * row) * columns;
+      const float* lower = 2 * row + 1 < rows ? upper + columns : upper;
+      for (std::int32_t column = 0; column < (columns + 1) / 2; ++column) {
+        const std::int32_t left = 2 * column, right = std::min(left + 1, columns - 1);
+        *bins++ = std::max(std::max(upper[left], upper[right]), std::max(lower[left], lower[right]));
+      }
+    }
+    columns = (columns + 1) / 2;
+    rows = (rows + 1) / 2;
   }
 }
 
 std::size_t DirectionIndex::bytes() const {
   std::size_t total = 0;
   for (const auto* array : {&u_, &v_, &depth_, &farthest_}) total += array->capacity();
-  for (const auto* array : {&face_, &bin_start_, &deepest_}) total += array->capacity();
+  for (const auto* array : {&bin_, &bin_start_, &deepest_}) total += array->capacity();
+  for (const Share& share : shares_) total += share.next.capacity();
   return total * sizeof(float) + rays_.capacity() * sizeof(BeamRay);
 }
 

@@ -25,25 +25,33 @@ class DirectionIndex {
   using Array = ScanRays::Array<T>;
   struct Share {
     std::size_t first, last;
+    BeamProjection projection;
     BeamBounds bounds[6];
     bool sortable;
     double total_depth;
     std::vector<std::uint32_t> next;  // per bin: first how many rays, then where the next goes
   };
 
-  void project(const ScanRays& rays, Share& share, const Kernels& kernels);
-  void lay_out_bins(const std::vector<Share>& shares);
-  void count(Share& share);
-  void place_bins(std::vector<Share>& shares);
+  BeamProjection projection_of(const ScanRays& rays, const Share& share);
+  void project(Share& share, const Kernels& kernels);
+  void lay_out_bins();
+  void count(Share& share, const Kernels& kernels);
+  void place_bins();
   void sort(Share& share);
-  void measure_depths();
+  void measure_depths(int workers);
+  void find_deepest(const BeamFace& face, std::int32_t first, std::int32_t last);
+  void combine_depths(const BeamFace& face);
 
   BeamScan scan_{};
+  std::vector<Share> shares_;
   double total_depth_ = 0;
-  std::uint32_t first_bin_[6] = {}, bin_count_ = 0;
-  std::int32_t view_of_face_[6] = {};
-  Array<std::uint32_t> face_, bin_start_, deepest_;
-  Array<float> u_, v_, depth_, farthest_;
+  BeamBins bins_{};
+  std::uint32_t bin_count_ = 0;
+  // Per ray: face, then bin; directions, then their inverses; depths.
+  Array<std::uint32_t> bin_;
+  Array<float> u_, v_, depth_;
+  Array<std::uint32_t> bin_start_, deepest_;
+  Array<float> farthest_;
   Array<BeamRay> rays_;
 };
 

@@ -159,7 +159,7 @@ void cut_rays_at_changeable_nodes(const ScanRays& rays, const MapGeometry& geome
       arguments.context = &query;
       if (moving) occluded(valid, regions.scene(), &shot, &arguments);
     }
-    own.add_ends(rays, chunk * rays_per_chunk, last, geometry);
+    own.add_ends(rays, chunk * rays_per_chunk, last, geometry, geometry.tile_level());
   });
 }
 

@@ -26,7 +26,19 @@ static void transform_points(const double r[9], const double t[3], PointBlock& p
   }
 }
 
+// True only if no point lies beyond the range: most blocks need no root and no quotient.
+static bool all_in_range(const double origin[3], double max_range, const PointBlock& p) {
+  const double limit = max_range * max_range * (1 - 0x1p-40);
+  std::uint64_t doubtful = 0;
+  for (int i = 0; i < points_per_block; ++i) {
+    const double x = p.x[i] - origin[0], y = p.y[i] - origin[1], z = p.z[i] - origin[2];
+    doubtful += x * x + y * y + z * z >= limit;
+  }
+  return doubtful == 0;
+}
+
 static void cut_at_range(const double origin[3], double max_range, PointBlock& p, std::uint64_t* beyond) {
+  if (all_in_range(origin, max_range, p)) return;
   for (int i = 0; i < points_per_block; ++i) {
     const double x = p.x[i] - origin[0], y = p.y[i] - origin[1], z = p.z[i] - origin[2];
     const double length = __builtin_sqrt(x * x + y * y + z * z), scale = max_range / length;

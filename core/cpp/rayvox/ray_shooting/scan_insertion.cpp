@@ -28,7 +28,7 @@ void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int wo
     TileBins& own = workspace.bins[static_cast<std::size_t>(worker)];
     const std::size_t first = chunk * rays_per_chunk, last = std::min(first + rays_per_chunk, rays.count());
     own.add_rays(rays, first, last, geometry);
-    own.add_ends(rays, first, last, geometry);
+    own.add_ends(rays, first, last, geometry, geometry.tile_level());
   });
 }
 
@@ -140,7 +140,7 @@ ScanStatistics insert_by_walking(MapSnapshot& map, const ScanRays& rays, EmbreeR
   const std::vector<TileWork> work = gather_tiles(workspace.bins);
   std::vector<std::uint64_t> codes;
   for (const TileWork& tile : work) codes.push_back(tile.tile);
-  const std::vector<OpenTile> open = open_tiles(map, codes);
+  const std::vector<OpenTile> open = open_tiles(map, codes, map.geometry.tile_level());
   statistics.cut_s = stage.lap();
 
   std::vector<ScanStatistics> parts(work.size());
@@ -169,7 +169,7 @@ ScanStatistics insert_by_walking(MapSnapshot& map, const ScanRays& rays, EmbreeR
     parts[tile].voxels_changed = update_tile(open[tile], bricks, map, set);
     parts[tile].update_s = watch.lap();
   });
-  close_tiles(map, codes);
+  close_tiles(map, codes, map.geometry.tile_level());
 
   add_up(parts, workers, statistics);
   return statistics;

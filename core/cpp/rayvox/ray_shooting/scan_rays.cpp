@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <iterator>
 #include <limits>
 #include <sstream>
 #include <string>
-#include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "rayvox/error.hpp"
 #include "rayvox/parallel/parallel_for.hpp"
@@ -53,29 +55,28 @@ class RayMaker {
                                                : scan_.origin_sensor_m + scan_.no_return_sensor[i - points]);
   }
 
-  /// Makes rays [first, last), which must all be with an end point or all without, at the same indices; false if one
-  /// is not finite or out of range.
-  bool make(std::size_t first, std::size_t last, ScanRays& rays) const {
+  /// Makes rays [first, last), which must all be with an end point or all without, from index `at` on; false if one is
+  /// not finite or out of range.
+  bool make(std::size_t first, std::size_t last, std::size_t at, ScanRays& rays) const {
     const std::size_t points = scan_.points_sensor.count;
     const bool returned = first < points;
     const PointsView& view = returned ? scan_.points_sensor : scan_.no_return_sensor;
-    const std::size_t at = 3 * (returned ? first : first - points);
+    const std::size_t in_view = 3 * (returned ? first : first - points);
     RayEnds part = settings(returned);
-    part.f32 = view.f32 ? view.f32 + at : nullptr;
-    part.f64 = view.f64 ? view.f64 + at : nullptr;
+    part.f32 = view.f32 ? view.f32 + in_view : nullptr;
+    part.f64 = view.f64 ? view.f64 + in_view : nullptr;
     part.count = last - first;
     if (!returned) copy(scan_.origin_sensor_m, part.offset);
-    return make(part, first, rays);
+    return make(part, at, rays);
   }
 
-  /// Makes one ray that ends at a point of the map, metres, at index `at`.
-  bool make_one(const Vec3d& end_map_m, bool returned, std::size_t at, ScanRays& rays) const {
-    const double point[3] = {end_map_m.x, end_map_m.y, end_map_m.z};
-    RayEnds part = settings(returned);
+  /// Makes rays to these points of the map (n x 3, metres, in range) from index `at` on.
+  void make_to(const double* ends_map_m, std::size_t count, std::size_t at, ScanRays& rays) const {
+    RayEnds part = settings(true);
     copy_rotation(RigidTransform{}, part);
-    part.f64 = point;
-    part.count = 1;
-    return make(part, at, rays);
+    part.f64 = ends_map_m;
+    part.count = count;
+    make(part, at, rays);
   }
 
   /// Throws what is wrong with ray i.
@@ -122,45 +123,110 @@ void resize(ScanRays& rays, std::size_t count) {
   rays.marks_end.resize(count);
 }
 
-void make_all(const Scan& scan, const RayMaker& maker, ScanRays& rays) {
-  resize(rays, maker.count());
-  const std::size_t points = scan.points_sensor.count;
-  // The lowest index that fails is the one reported, whatever the number of threads.
-  std::atomic<std::size_t> first_bad{std::numeric_limits<std::size_t>::max()};
-  parallel_for((maker.count() + rays_per_chunk - 1) / rays_per_chunk, [&](std::size_t chunk, int) {
-    const std::size_t first = chunk * rays_per_chunk, last = std::min(maker.count(), first + rays_per_chunk);
-    const std::size_t border = std::clamp(points, first, last);
-    if ((first == border || maker.make(first, border, rays)) && (border == last || maker.make(border, last, rays)))
-      return;
-    for (std::size_t i = first; i < last; ++i) {
-      if (maker.make(i, i + 1, rays)) continue;
+std::size_t chunk_count(std::size_t rays) { return (rays + rays_per_chunk - 1) / rays_per_chunk; }
+
+// Calls make(from, to) for chunks of the scan's rays [first, last), in parallel; where it returns false, throws what is
+// wrong with the first ray for which it does, whatever the number of threads.
+template <class Make>
+void make_in_chunks(const RayMaker& maker, std::size_t first, std::size_t last, const Make& make) {
+  std::atomic<std::size_t> first_bad{last};
+  parallel_for(chunk_count(last - first), [&](std::size_t chunk, int) {
+    const std::size_t from = first + chunk * rays_per_chunk, to = std::min(last, from + rays_per_chunk);
+    if (make(from, to)) return;
+    for (std::size_t i = from; i < to; ++i) {
+      if (make(i, i + 1)) continue;
       for (std::size_t seen = first_bad; i < seen && !first_bad.compare_exchange_weak(seen, i);) {
       }
       return;
     }
   });
-  if (first_bad < maker.count()) maker.explain(first_bad);
+  if (first_bad < last) maker.explain(first_bad);
 }
 
-void make_one_per_voxel(const Scan& scan, const RayMaker& maker, const MapGeometry& geometry, ScanRays& rays) {
+void make_all(const Scan& scan, const RayMaker& maker, ScanRays& rays) {
   resize(rays, maker.count());
-  std::unordered_set<std::uint64_t> seen;
-  seen.reserve(scan.points_sensor.count);
-  std::size_t made = 0;
-  for (std::size_t i = 0; i < maker.count(); ++i) {
-    const bool returned = i < scan.points_sensor.count;
-    Vec3d end_map_m = maker.end_map_m(i);
-    if (returned) {
-      const Vec3d u = geometry.to_voxel_units(end_map_m);
-      if (!geometry.contains(u)) maker.explain(i);
-      const Cell cell = MapGeometry::cell_of(u);
-      if (!seen.insert(geometry.morton_of(cell)).second) continue;
-      end_map_m = Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * geometry.resolution_m();
-    }
-    if (!maker.make_one(end_map_m, returned, made, rays)) maker.explain(i);
-    ++made;
+  make_in_chunks(maker, 0, maker.count(), [&](std::size_t from, std::size_t to) {
+    const std::size_t border = std::clamp(scan.points_sensor.count, from, to);
+    return (from == border || maker.make(from, border, from, rays)) &&
+           (border == to || maker.make(border, to, border, rays));
+  });
+}
+
+// The cells that the scan's points lie in.
+ScanRays::Array<Cell> cells_of_points(const Scan& scan, const MapGeometry& geometry) {
+  Scan uncut = scan;
+  uncut.max_range_m = 0;
+  const RayMaker maker(uncut, geometry);
+  ScanRays::Array<Cell> cells(scan.points_sensor.count);
+  make_in_chunks(maker, 0, cells.size(), [&](std::size_t from, std::size_t to) {
+    ScanRays part;
+    resize(part, to - from);
+    if (!maker.make(from, to, 0, part)) return false;
+    for (std::size_t i = from; i < to; ++i) cells[i] = MapGeometry::cell_of(part[i - from].end);
+    return true;
+  });
+  return cells;
+}
+
+// Cells seen so far: a hash table with open addressing.
+class CellSet {
+ public:
+  /// True if the cell is new.
+  bool insert(const Cell& cell) {
+    const auto bits = [&](std::size_t axis) { return static_cast<std::uint64_t>(cell[axis]) & 0x1fffff; };
+    const std::uint64_t key = bits(0) | bits(1) << 21 | bits(2) << 42;
+    if (key == latest_) return false;  // as of most neighbours
+    latest_ = key;
+    std::uint64_t& slot = slot_of(key);
+    if (slot == key) return false;
+    slot = key;
+    if (2 * ++count_ > slots_.size()) grow();
+    return true;
   }
-  resize(rays, made);
+
+ private:
+  static constexpr std::uint64_t none = ~std::uint64_t{0};
+
+  std::uint64_t& slot_of(std::uint64_t key) {
+    std::size_t at = key * 0x9e3779b97f4a7c15u >> (64 - std::countr_zero(slots_.size()));
+    while (slots_[at] != none && slots_[at] != key) at = (at + 1) & (slots_.size() - 1);
+    return slots_[at];
+  }
+  void grow() {
+    std::vector<std::uint64_t> before(4 * slots_.size(), none);
+    before.swap(slots_);
+    for (const std::uint64_t key : before) {
+      if (key != none) slot_of(key) = key;
+    }
+  }
+
+  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(4096, none);
+  std::size_t count_ = 0;
+  std::uint64_t latest_ = none;
+};
+
+// The centres (n x 3, metres) of the cells, each once, in the order in which they first come.
+std::vector<double> distinct_centres(const ScanRays::Array<Cell>& cells, const MapGeometry& geometry) {
+  CellSet seen;
+  std::vector<double> centres_m;
+  for (const Cell& cell : cells) {
+    if (!seen.insert(cell)) continue;
+    for (const std::int32_t coordinate : cell) centres_m.push_back((coordinate + 0.5) * geometry.resolution_m());
+  }
+  return centres_m;
+}
+
+// One ray for each cell that holds a measured point, before it is cut, to the cell's centre.
+void make_one_per_voxel(const Scan& scan, const RayMaker& maker, const MapGeometry& geometry, ScanRays& rays) {
+  const std::vector<double> centres_m = distinct_centres(cells_of_points(scan, geometry), geometry);
+  const std::size_t points = scan.points_sensor.count, made = centres_m.size() / 3;
+  resize(rays, made + scan.no_return_sensor.count);
+  parallel_for(chunk_count(made), [&](std::size_t chunk, int) {
+    const std::size_t first = chunk * rays_per_chunk, last = std::min(made, first + rays_per_chunk);
+    maker.make_to(centres_m.data() + 3 * first, last - first, first, rays);
+  });
+  make_in_chunks(maker, points, maker.count(),
+                 [&](std::size_t from, std::size_t to) { return maker.make(from, to, made + (from - points), rays); });
 }
 
 }  // namespace

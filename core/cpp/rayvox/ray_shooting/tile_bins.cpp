@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <limits>
 
 #include "rayvox/ray_shooting/ray_walker.hpp"
 
@@ -21,7 +22,7 @@ constexpr auto spread_within_tile = [] {
 // Where cells lie among tiles and in their tile, without the cost of whole Morton codes.
 class TileAddresses {
  public:
-  explicit TileAddresses(const MapGeometry& geometry) : geometry_(geometry), level_(geometry.tile_level()) {}
+  TileAddresses(const MapGeometry& geometry, int tile_level) : geometry_(geometry), level_(tile_level) {}
 
   /// Unique for the cell's tile, cheap, in no useful order.
   std::uint64_t name(const Cell& cell) const {
@@ -78,7 +79,7 @@ void TileBins::add_bin(std::uint64_t tile) {
 }
 
 void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
-  const TileAddresses addresses(geometry);
+  const TileAddresses addresses(geometry, geometry.tile_level());
   for (std::size_t ray = first; ray < last; ++ray) {
     RayWalker walker(rays[ray]);
     for (bool last_tile = false; !last_tile;) {
@@ -96,17 +97,21 @@ void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t las
   }
 }
 
-void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
-  const TileAddresses addresses(geometry);
+void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry,
+                        int tile_level) {
+  const TileAddresses addresses(geometry, tile_level);
+  Cell latest{std::numeric_limits<std::int32_t>::max(), 0, 0};
   for (std::size_t ray = first; ray < last; ++ray) {
     if (!rays.marks_end[ray]) continue;
     const Cell end = MapGeometry::cell_of({rays.end[0][ray], rays.end[1][ray], rays.end[2][ray]});
+    if (end == latest) continue;  // neighbours often end in the same cell
+    latest = end;
     bin_of(end, addresses).ends.push_back(addresses.within_tile(end));
   }
 }
 
 void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry) {
-  const TileAddresses addresses(geometry);
+  const TileAddresses addresses(geometry, geometry.tile_level());
   TileBin& bin = bin_of(from, addresses);
   bin.segments.push_back(Segment::make(ray, addresses.within_tile(from), crossings));
   bin.crossings += static_cast<std::uint64_t>(crossings);
@@ -115,7 +120,7 @@ void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, con
 void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& passed, const Cell& box,
                             const MapGeometry& geometry) {
   if (!passed.lanes) return;
-  const TileAddresses addresses(geometry);
+  const TileAddresses addresses(geometry, geometry.tile_level());
   TileBin& bin = bin_of(box, addresses);
   const std::uint32_t first[3] = {addresses.place_in_tile(box, 0), addresses.place_in_tile(box, 1),
                                   addresses.place_in_tile(box, 2)};

@@ -14,7 +14,7 @@ namespace rayvox {
 
 /// What one worker found for one tile.
 struct TileBin {
-  std::uint64_t tile = 0;  // Morton code of the tile's lowest cell, shifted right by 3 * tile_level
+  std::uint64_t tile = 0;  // Morton code of the tile's lowest cell, shifted right by 3 * its level
   std::vector<Segment> segments;
   std::vector<std::uint32_t> ends;  // Morton codes, within the tile, of cells that hold an end point
   std::uint64_t crossings = 0;
@@ -28,8 +28,8 @@ class TileBins {
   void clear();
   /// Cuts rays [first, last) exactly at tile borders.
   void add_rays(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
-  /// Bins the end points of rays [first, last).
-  void add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry);
+  /// Bins the end points of rays [first, last) by tiles of 2^tile_level cells a side.
+  void add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry, int tile_level);
   /// One part of a ray inside the tile of `from`, the cell where it starts.
   void add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry);
   /// The parts of a packet's rays inside a box of one tile that starts at `box`.

@@ -89,6 +89,8 @@ struct Kernels {
   bool (*take_marks)(std::uint8_t* marks, std::uint64_t* free, std::uint64_t* occupied);
   /// OctoMap's update of the marked cells, into `out` (64 values).
   OctantOutput (*update_octant)(const OctantInput&, const UpdateModel&, float* out);
+  /// The octant's 64 values: one for the free cells, one for the occupied ones, 0 for the others.
+  void (*fill_octant)(std::uint64_t free, float freed, std::uint64_t occupied, float hit, float* out);
   /// False if an end is not finite or outside the octree.
   bool (*make_ray_ends)(const RayEnds&);
   /// Which of an octant's 64 values are above the bound.
@@ -97,6 +99,8 @@ struct Kernels {
   bool (*project_directions)(const BeamProjection&);
   /// Adds nothing but what it finds: `bounds` come in with count 0.
   void (*bound_directions)(const BeamProjection&, BeamBounds (&bounds)[6]);
+  /// Replaces faces by bins, and u and v by their inverses; returns the sum of the depths.
+  double (*find_bins)(const BeamProjection&, const BeamBins&);
   /// False only if no ray of the scan enters the block.
   bool (*beam_reaches)(const BeamScan&, const CellBlock&);
   /// How many rays clip_to_block has to look at.

@@ -14,7 +14,8 @@ struct Lanes {
   static Float load(const float* p) { return _mm256_loadu_ps(p); }
   static Uint load(const std::uint32_t* p) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
   /// The first three of every four floats from `rows`, width rows of them, by column.
-  static void load_columns(const float* rows, Float& a, Float& b, Float& c) {
+  static constexpr int rows_at_once = 1;
+  static void load_columns(const float* rows, const float*, Float& a, Float& b, Float& c) {
     const __m256i row = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
     a = _mm256_i32gather_ps(rows, row, 4);
     b = _mm256_i32gather_ps(rows + 1, row, 4);

@@ -13,9 +13,11 @@ struct Lanes {
 
   static Float load(const float* p) { return _mm512_loadu_ps(p); }
   static Uint load(const std::uint32_t* p) { return _mm512_loadu_si512(p); }
-  /// The first three of every four floats from `rows`, width rows of them, by column.
-  static void load_columns(const float* rows, Float& a, Float& b, Float& c) {
-    const Float r0 = load(rows), r1 = load(rows + 16), r2 = load(rows + 32), r3 = load(rows + 48);
+  /// The first three of every four floats, by column: of half as many rows as there are lanes from `first` on, then as
+  /// many from `second` on.
+  static constexpr int rows_at_once = 2;
+  static void load_columns(const float* first, const float* second, Float& a, Float& b, Float& c) {
+    const Float r0 = load(first), r1 = load(first + 16), r2 = load(second), r3 = load(second + 16);
     const Uint pick = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28);
     const Uint next = _mm512_add_epi32(pick, _mm512_set1_epi32(1)), last = _mm512_add_epi32(pick, _mm512_set1_epi32(2));
     a = _mm512_shuffle_f32x4(_mm512_permutex2var_ps(r0, pick, r1), _mm512_permutex2var_ps(r2, pick, r3), 0x44);

@@ -12,7 +12,8 @@ struct Lanes {
   static Float load(const float* p) { return *p; }
   static Uint load(const std::uint32_t* p) { return *p; }
   /// The first three of every four floats from `rows`, width rows of them, by column.
-  static void load_columns(const float* rows, Float& a, Float& b, Float& c) {
+  static constexpr int rows_at_once = 1;
+  static void load_columns(const float* rows, const float*, Float& a, Float& b, Float& c) {
     a = rows[0];
     b = rows[1];
     c = rows[2];

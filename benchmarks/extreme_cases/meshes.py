@@ -157,8 +157,7 @@ def _mixed_sizes(ratio: float) -> Configurations:
     rng = np.random.default_rng(18)
     small = random_corners(rng, 8) * ratio + rng.uniform(-0.3, 0.3, (8, 1, 3))
     a = mesh_of(np.concatenate([random_corners(rng, 3), small]))
-    found = near_touching(a, mesh_of(random_corners(rng, 8) * ratio), rng, 120, undecided=1e-13)
-    return found
+    return near_touching(a, mesh_of(random_corners(rng, 8) * ratio), rng, 120, undecided=1e-13)
 
 
 def _tiny_apart(offset: float) -> Configurations:

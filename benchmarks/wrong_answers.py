@@ -76,7 +76,10 @@ def situations(count: int) -> Iterator[tuple[str, Configurations]]:
             random_corners(rng, 12),
             flat_corners(rng, 9),
         ),
-        "needles of aspect 1e8, nearly touching": lambda: (needle_corners(rng, 12, 1e8), needle_corners(rng, 12, 1e8)),
+        "needles of aspect 1e8 against them and triangles, nearly touching": lambda: (
+            np.concatenate([random_corners(rng, 8), needle_corners(rng, 4, 1e8)]),
+            needle_corners(rng, 8, 1e8),
+        ),
         "vertices 1e6 m out, nearly touching": lambda: (
             random_corners(rng, 20) + np.array([1e6, -1e6, 5e5]),
             random_corners(rng, 20) - np.array([1e6, 1e6, 1e6]),

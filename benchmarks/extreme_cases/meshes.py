@@ -202,7 +202,7 @@ def cases() -> list[Case]:
     """All about meshes."""
     found = [
         mesh_case("half-float slabs", f"meshes of {s:g} m", lambda s=s: _scaled(s))
-        for s in (1e-60, 1e-30, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 5e10)
+        for s in (1e-60, 1e-45, 1e-40, 1e-30, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 5e10)
     ]
     found += [
         mesh_case("half-float slabs", f"triangles 1 m and {r:g} m in one mesh", lambda r=r: _mixed_sizes(r))

@@ -70,7 +70,7 @@ def mesh_gaps(
 ) -> NDArray[np.float64]:
     """(s, 3, 3), (t, 3, 3) and (n, 4, 4) poses of b -> (n,) the least gap of any pair of triangles at each.
 
-    Gaps above a thousandth of the meshes' size may come out too large: pairs whose boxes are that far apart are left out.
+    Gaps above a thousandth of the meshes' size may come out too large: pairs with boxes that far apart are left out.
     """
     pairs_a, pairs_b, counts = [], [], []
     for pose in poses:

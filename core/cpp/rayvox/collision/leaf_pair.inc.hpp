@@ -35,7 +35,8 @@ inline LeafFrame leaf_frame(const BvhNode& a, const BvhNode& b, const FrameChang
   }
   // a's corners: rounded when stored (1 unit of reach), turned by a rounded matrix (8), added up (8); b's: 5.
   const float reach = a.radius + b.radius + __builtin_sqrtf(x * x + y * y + z * z);
-  frame.difference_error = 22 * 0x1p-24f * reach;
+  // Denormals are rounded by an absolute amount, 2^-150 at most each time.
+  frame.difference_error = 22 * 0x1p-24f * reach + 22 * 0x1p-149f;
   return frame;
 }
 

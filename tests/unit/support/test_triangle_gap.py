@@ -50,6 +50,6 @@ def test_a_meshs_gap_is_that_of_its_nearest_pair() -> None:
         moved = b + pose[:3, 3]
         every = triangle_gaps(np.repeat(a, len(b), axis=0), np.tile(moved, (len(a), 1, 1)))
         assert (found <= 0) == (float(every.min()) <= 0)
-        assert found >= float(every.min()) * (1 - 1e-9)
+        assert found >= float(every.min()) - 1e-9
         if found <= 1e-3:
             assert found == pytest.approx(float(every.min()), abs=1e-15)

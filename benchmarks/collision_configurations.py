@@ -14,7 +14,7 @@ import rayvox
 from numpy.typing import NDArray
 
 from benchmarks.robot_meshes import Mesh
-from tests.support.triangle_gap import mesh_gap
+from tests.support.triangle_gap import mesh_gaps
 
 FloatArray = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def judged(
     if collides is not None:
         return Configurations(a, b, poses, np.full(len(poses), collides), np.ones(len(poses), dtype=bool))
     corners_a, corners_b = a.vertices[a.triangles], b.vertices[b.triangles]
-    gaps = np.array([mesh_gap(corners_a, corners_b, pose) for pose in poses])
+    gaps = mesh_gaps(corners_a, corners_b, poses)
     return Configurations(a, b, poses, gaps <= touching_m, np.abs(gaps) > undecided_m)
 
 

@@ -261,7 +261,7 @@ def _octomap_models() -> PeerOutcome:
 
 def cases(updates: int = 1_000_000) -> list[Case]:
     """Log-odds and sensor models."""
-    found = [
+    return [
         Case(
             "log-odds",
             f"{updates:,} hits and misses",
@@ -307,7 +307,6 @@ def cases(updates: int = 1_000_000) -> list[Case]:
             peers={"OctoMap": _octomap_models},
         ),
     ]
-    return found
 
 
 def _octomap_bound(updates: int) -> float:

@@ -90,7 +90,7 @@ def coals(load: Callable[[], Placed]) -> PeerOutcome:
 
 def _triangles(needles: bool) -> FloatArray:
     rng = np.random.default_rng(22)
-    return needle_corners(rng, 3, 1e6) if needles else random_corners(rng, 3)
+    return needle_corners(rng, 3, 1e6) * 0.6 if needles else random_corners(rng, 3)
 
 
 def cases() -> list[Case]:

@@ -44,14 +44,18 @@ def _axes(a: Real, b: Real) -> Iterator[Real]:
                 yield across - edge * along[:, None]
 
 
-def triangle_gaps(a: NDArray[np.floating], b: NDArray[np.floating]) -> Real:
-    """(n, 3, 3) corners twice -> (n,) largest gap along any separating axis, metres; negative where they overlap."""
+def triangle_gaps(a: NDArray[np.floating], b: NDArray[np.floating], precision: type = np.longdouble) -> Real:
+    """(n, 3, 3) corners twice -> (n,) largest gap along any separating axis, metres; negative where they overlap.
+
+    precision: of everything after the corners' differences.
+    """
     a, b = a.astype(np.longdouble), b.astype(np.longdouble)
     # The size is taken out, so that no product of four lengths leaves the range of the numbers.
     size = np.maximum(np.abs(a - a[:, :1]).max(axis=(1, 2)), np.abs(b - a[:, :1]).max(axis=(1, 2)))
     size = np.where(size > 0, size, 1)
-    a, b = (a - a[:, :1]) / size[:, None, None], (b - a[:, :1]) / size[:, None, None]
-    largest = np.full(len(a), -np.inf, dtype=np.longdouble)
+    a, b = ((p - a[:, :1]) / size[:, None, None] for p in (a, b))
+    a, b = a.astype(precision), b.astype(precision)
+    largest = np.full(len(a), -np.inf, dtype=precision)
     for axis in _axes(a, b):
         length = np.sqrt(_dot(axis, axis))
         unit = axis / np.where(length > 0, length, 1)[:, None]
@@ -61,19 +65,50 @@ def triangle_gaps(a: NDArray[np.floating], b: NDArray[np.floating]) -> Real:
     return largest * size
 
 
-def mesh_gap(corners_a: NDArray[np.floating], corners_b: NDArray[np.floating], pose: NDArray[np.float64]) -> float:
-    """(s, 3, 3), (t, 3, 3) and a (4, 4) pose of b -> the least gap of any pair of triangles."""
-    a = corners_a.astype(np.longdouble)
+def mesh_gaps(
+    corners_a: NDArray[np.floating], corners_b: NDArray[np.floating], poses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(s, 3, 3), (t, 3, 3) and (n, 4, 4) poses of b -> (n,) the least gap of any pair of triangles at each.
+
+    Gaps above a thousandth of the meshes' size may come out too large: pairs with boxes that far apart are left out.
+    """
+    pairs_a, pairs_b, counts = [], [], []
+    for pose in poses:
+        first, second = _nearest_boxes(corners_a.astype(np.longdouble), _moved(corners_b, pose))
+        pairs_a.append(first)
+        pairs_b.append(second)
+        counts.append(len(first))
+    starts = np.cumsum(counts) - counts
+    a, b = np.concatenate(pairs_a), np.concatenate(pairs_b)
+    # Plain float64 tells which pairs are worth the extended precision.
+    rough = _in_parts(a, b, np.float64)
+    limit = np.minimum.reduceat(rough, starts) + 1e-6 * np.abs(np.maximum.reduceat(_extent(a, b), starts))
+    near = rough <= np.repeat(limit, counts)
+    gaps = np.full(len(a), np.inf, dtype=np.longdouble)
+    gaps[near] = _in_parts(a[near], b[near], np.longdouble)
+    return np.minimum.reduceat(gaps, starts).astype(np.float64)
+
+
+def _moved(corners: NDArray[np.floating], pose: NDArray[np.float64]) -> Real:
     rotation, translation = pose[:3, :3].astype(np.longdouble), pose[:3, 3].astype(np.longdouble)
-    b = np.einsum("tij,kj->tik", corners_b.astype(np.longdouble), rotation) + translation
+    moved: Real = np.einsum("tij,kj->tik", corners.astype(np.longdouble), rotation) + translation
+    return moved
+
+
+def _extent(a: Real, b: Real) -> Real:
+    extent: Real = np.maximum(np.ptp(a, axis=1).max(axis=1), np.ptp(b, axis=1).max(axis=1))
+    return extent
+
+
+def _nearest_boxes(a: Real, b: Real) -> tuple[Real, Real]:
+    """Pairs of triangles whose boxes are nearest, or hardly further: a pair's gap is at least its boxes'."""
     low_a, high_a, low_b, high_b = a.min(axis=1), a.max(axis=1), b.min(axis=1), b.max(axis=1)
     apart = np.maximum(low_a[:, None] - high_b[None], low_b[None] - high_a[:, None]).max(axis=2)
-    least = float(apart.min())
     size = max(float(high_a.max() - low_a.min()), float(high_b.max() - low_b.min()))
-    # A pair's gap is at least that of its boxes; the nearest boxes are looked at, and all that might be as near.
-    s, t = np.nonzero(apart <= max(least, 0.0) + 1e-3 * size)
-    gaps = [
-        triangle_gaps(a[s[i : i + _PAIRS_AT_ONCE]], b[t[i : i + _PAIRS_AT_ONCE]])
-        for i in range(0, len(s), _PAIRS_AT_ONCE)
-    ]
-    return float(np.concatenate(gaps).min())
+    s, t = np.nonzero(apart <= max(float(apart.min()), 0.0) + 1e-3 * size)
+    return a[s], b[t]
+
+
+def _in_parts(a: Real, b: Real, precision: type) -> Real:
+    parts = [slice(i, i + _PAIRS_AT_ONCE) for i in range(0, len(a), _PAIRS_AT_ONCE)]
+    return np.concatenate([triangle_gaps(a[part], b[part], precision) for part in parts])

@@ -56,7 +56,8 @@ inline LeafFrame leaf_frame(const BvhNode& a, const BvhNode& b, const FrameChang
   // In units of reach: a's corners rounded when stored (1) along axes orthogonal up to rounding (6), turned by a
   // rounded matrix (2), moved by a rounded offset (5) and added up (4); b's corners (1); and a little.
   const float reach = a.radius + b.radius + __builtin_sqrtf(x * x + y * y + z * z);
-  frame.difference_error = 22 * 0x1p-24f * reach;
+  // Denormals are rounded by an absolute amount, 2^-150 at most each time.
+  frame.difference_error = 22 * 0x1p-24f * reach + 22 * 0x1p-149f;
   return frame;
 }
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from rayvox._native import thread_count
 from rayvox.occupancy_map import OccupancyMap
 
-_RAYS, _RESOLUTION_M, _REPEATS = 20_000, 0.05, 3
+_RAYS, _RESOLUTION_M, _REPEATS = 10_000, 0.05, 3
 
 
 def clock_s() -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from statistics import fmean, median
 from typing import Any, get_args
 
@@ -22,16 +22,30 @@ UNKNOWN_POLICIES: tuple[UnknownPolicy, ...] = get_args(UnknownPolicy)
 class MapFigures:
     """Of one part.
 
-    scan_s, scan_bytes: medians over its scans. accuracy: None where it is another measurement's, or where there is
-    nothing to measure. robot: by policy for unknown space, empty without a robot.
+    reference_s: machine_speed.reference_work_s around the measurement. scan_s, scan_bytes: medians over its scans.
+    accuracy: None where it is another measurement's, or where there is nothing to measure. robot: by policy for unknown
+    space, empty without a robot.
     """
 
+    reference_s: float
     scan_s: float
     scan_bytes: float
     memory_bytes: float
     point_query_s: float
     accuracy: MapAccuracy | None = None
     robot: Mapping[str, RobotFigures] = field(default_factory=dict)
+
+    def at_speed(self, reference_s: float) -> MapFigures:
+        """With the times that it would have taken on a machine as fast as that."""
+        faster = reference_s / self.reference_s
+        robot = {policy: replace(figures, query_s=faster * figures.query_s) for policy, figures in self.robot.items()}
+        return replace(
+            self,
+            reference_s=reference_s,
+            scan_s=faster * self.scan_s,
+            point_query_s=faster * self.point_query_s,
+            robot=robot,
+        )
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> MapFigures:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from rayvox.occupancy_map import OccupancyMap
 from rayvox.ray_sampling import kept_rays
 from rayvox.tune.candidate import MapSettings
+from rayvox.tune.machine_speed import clock_s
 from rayvox.tune.scan_input import PosedScan
 
 
@@ -29,9 +29,9 @@ def build_map(scans: Sequence[PosedScan], settings: MapSettings, into: Occupancy
     occupancy_map = OccupancyMap(settings.resolution_m, settings.depth) if into is None else into
     seconds, sizes = [], []
     for scan in scans:
-        started = time.perf_counter()
+        started = clock_s()
         rays = insert_scan(occupancy_map, scan, settings)
-        seconds.append(time.perf_counter() - started)
+        seconds.append(clock_s() - started)
         sizes.append(12 * rays)
     return MapRun(occupancy_map, np.array(seconds), np.array(sizes, dtype=np.int64))
 

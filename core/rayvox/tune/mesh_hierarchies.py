@@ -6,7 +6,6 @@ parts. Queries against maps traverse the oriented boxes of "hybrid" hierarchies,
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
@@ -18,6 +17,7 @@ from rayvox.collision_mesh import CollisionMesh, MeshBvh, Slabs, Traversal
 from rayvox.mesh_io import TriangleMesh
 from rayvox.robot import Robot
 from rayvox.tune.ground_truth import FloatArray
+from rayvox.tune.machine_speed import clock_s
 
 _POSES, _REPEATS = 400, 5
 
@@ -93,7 +93,7 @@ class HierarchyProbe:
     def _query_s(self, bvh: MeshBvh) -> float:
         seconds = []
         for _ in range(_REPEATS):
-            started = time.perf_counter()
+            started = clock_s()
             collide(bvh, bvh, self.poses)
-            seconds.append(time.perf_counter() - started)
+            seconds.append(clock_s() - started)
         return median(seconds) / _POSES

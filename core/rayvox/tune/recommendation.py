@@ -75,7 +75,8 @@ def recommend(
     most_free = max(_free_recall(s) for s in judged)
     usable = [s for s in judged if _free_recall(s) >= most_free - target.max_lost_free]
     kept = [s for s in usable if _bound_m(s) <= target.max_error_m]
-    chosen = min(kept, key=lambda s: (coarse(s.scan_s), _bound_m(s))) if kept else min(usable, key=_bound_m)
+    # By time first, then what else is a cost, so that the choice is on the Pareto front.
+    chosen = min(kept, key=lambda s: (coarse(s.scan_s), *costs(s))) if kept else min(usable, key=_bound_m)
     fastest = _fastest_engine(chosen, same_leaves)
     unknown = choose_policy(chosen.robot, target)
     return Recommendation(
@@ -89,6 +90,15 @@ def recommend(
         query="pose" if chosen.robot else "point",
         summary=chosen,
     )
+
+
+def costs(summary: CandidateSummary) -> list[float]:
+    """What is to be small: error (its bound where there is one), free space lost, time a scan, and a robot's query."""
+    accuracy = summary.accuracy
+    assert accuracy is not None
+    error_m = accuracy.error_p95_m if summary.error_bound_m is None else summary.error_bound_m
+    queries = [float(coarse(summary.robot["occupied"].query_s))] if summary.robot else []
+    return [float(f"{error_m:.2g}"), round(1 - accuracy.free_recall, 2), coarse(summary.scan_s), *queries]
 
 
 def choose_policy(robot: Mapping[str, RobotFigures], target: Target) -> UnknownPolicy:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
 
+from rayvox.tune.machine_speed import clock_s
 from rayvox.tune.scan_input import PosedScan
 
 _UNIT_M = 0.001
@@ -29,9 +29,9 @@ def measure_encoding(scans: Sequence[PosedScan], encoding: str) -> EncodingFigur
     """`encoding` is one of ENCODINGS, which are those of the client's frames."""
     sizes, seconds, rounding = [], [], []
     for scan in scans:
-        started = time.perf_counter()
+        started = clock_s()
         payload, error_m = _encode(scan.points.astype(np.float32), encoding)
-        seconds.append(time.perf_counter() - started)
+        seconds.append(clock_s() - started)
         sizes.append(len(payload))
         rounding.append(error_m)
     return EncodingFigures(median(sizes), median(seconds), float(np.max(rounding)))

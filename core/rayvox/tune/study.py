@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
+from statistics import median
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -17,8 +18,10 @@ from rayvox.tune.budget import Budget, Progress
 from rayvox.tune.candidate import MapSettings
 from rayvox.tune.figures import UNKNOWN_POLICIES, MapFigures
 from rayvox.tune.ground_truth import GroundTruth
+from rayvox.tune.machine_speed import reference_work_s
 from rayvox.tune.map_run import build_map
 from rayvox.tune.map_truth import MapTruth
+from rayvox.tune.prediction import FEWEST_PARTS
 from rayvox.tune.results_file import ResultsFile
 from rayvox.tune.robot_queries import RobotFigures, RobotProbe, point_query_s, robot_probe, with_detail
 from rayvox.tune.scan_input import Part
@@ -29,7 +32,8 @@ if TYPE_CHECKING:
 
 Figures = TypeVar("Figures", bound="DataclassInstance")
 MOST_MAP_BYTES = 2 << 30
-_PASSES = 3  # over the scans, each into a new map; a scan's time is its median
+_SPEED_SAMPLES = 5
+_PASSES = 2  # over the scans, each into a new map; a scan's time is their mean
 _REFERENCE_SHARE = 0.25  # of the budget
 # Time and memory grow so with one over the resolution, at most.
 _TIME_EXPONENT, _MEMORY_EXPONENT = 2.5, 3.0
@@ -66,18 +70,18 @@ class Study:
                 key, partial(self._map_figures, part, settings, accuracy), self.expected_s(settings.resolution_m), until
             )
             if figures is not None:
-                found.append(MapFigures.from_json(figures))
+                found.append(MapFigures.from_json(figures).at_speed(self.reference_s))
         if len(found) < len(self.parts):
             self.not_measured.append(f"{settings} ({len(found)} of {len(self.parts)} parts)")
         return found
 
     def measure_detail(self, settings: MapSettings, error_m: float) -> list[RobotFigures]:
-        """A robot simplified to this error, in maps of these settings, unknown space free."""
+        """A robot simplified to this error, in maps of these settings, unknown space free; of three parts."""
         assert self.robot is not None
         work = partial(self._detail_figures, with_detail(self.robot, error_m), settings)
         found = [
             self.once(f"detail {part.name}: {error_m!r} {settings!r}", partial(work, part), RobotFigures, settings)
-            for part in self.parts
+            for part in self.parts[:FEWEST_PARTS]
         ]
         return [figures for figures in found if figures is not None]
 
@@ -91,6 +95,15 @@ class Study:
         expected_s = 0.0 if settings is None else self.expected_s(settings.resolution_m)
         figures = self._known_or(key, work, expected_s)
         return None if figures is None else kind(**figures)
+
+    @property
+    def reference_s(self) -> float:
+        """The machine's speed that all times of maps are brought to: the one it had when the study began."""
+        known = self._results.get("machine")
+        if known is None:
+            known = {"reference_s": median(reference_work_s() for _ in range(_SPEED_SAMPLES))}
+            self._results.add("machine", known)
+        return float(known["reference_s"])
 
     def end(self) -> None:
         """Nothing more is measured."""
@@ -138,15 +151,18 @@ class Study:
         return float(f"{coarse_m / max(finer, default=1.0):.3g}")
 
     def _map_figures(self, part: Part, settings: MapSettings, accuracy: bool) -> MapFigures:
-        started = time.monotonic()
+        started, references = time.monotonic(), [reference_work_s()]
         runs = [build_map(part.scans, settings) for _ in range(_PASSES)]
+        references.append(reference_work_s())
         octree = runs[-1].occupancy_map.snapshot()
         truth = self.truth(part)
         robot: dict[str, RobotFigures] = {}
         if accuracy and self.robot is not None:
             robot = {policy: self.probe(part).figures(octree, policy) for policy in UNKNOWN_POLICIES}
+        references.append(reference_work_s())
         figures = MapFigures(
-            scan_s=float(np.median(np.median([run.scan_s for run in runs], axis=0))),
+            reference_s=median(references),
+            scan_s=float(np.median(np.mean([run.scan_s for run in runs], axis=0))),
             scan_bytes=float(np.median(runs[0].scan_bytes)),
             memory_bytes=float(octree.nbytes),
             point_query_s=point_query_s(octree, truth),

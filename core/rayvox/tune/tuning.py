@@ -25,7 +25,7 @@ from rayvox.tune.candidate import (
 from rayvox.tune.figures import CandidateSummary, mean_robot_figures, summarise
 from rayvox.tune.mesh_hierarchies import HIERARCHIES, HierarchyFigures, HierarchyProbe
 from rayvox.tune.pareto import coarse, dominators
-from rayvox.tune.recommendation import NothingMeasuredError, Recommendation, Target, recommend
+from rayvox.tune.recommendation import NothingMeasuredError, Recommendation, Target, costs, recommend
 from rayvox.tune.results_file import ResultsFile
 from rayvox.tune.robot_queries import RobotFigures
 from rayvox.tune.scan_encoding import ENCODINGS, EncodingFigures, measure_encoding
@@ -35,7 +35,7 @@ from rayvox.tune.study import Study
 
 DEFAULT_BUDGET_S = 300.0
 # Shares of the budget at which each stage of maps ends, so that the next one gets some.
-_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL, _TIMES_UNTIL = 0.45, 0.6, 0.75, 0.85
+_LADDER_UNTIL, _FACTORS_UNTIL, _PRODUCTS_UNTIL = 0.45, 0.6, 0.75
 _DETAILS_M = (0.0, 0.001, 0.003, 0.01, 0.03)
 
 
@@ -46,7 +46,8 @@ class TuningReport:
     maps: settings whose accuracy was measured; dominated_by[i]: None where maps[i] is on the Pareto front, else the
     position of one that is nowhere worse. same_leaves: settings that make the recommended map, measured for time.
     base: the settings that factors were varied about. truth: what errors are measured against. details: by the error
-    that a simplified robot may have. not_measured: for want of time.
+    that a simplified robot may have. reference_s: the machine's speed that times are for (machine_speed.py).
+    not_measured: for want of time.
     """
 
     target: Target
@@ -61,6 +62,7 @@ class TuningReport:
     encodings: dict[str, EncodingFigures]
     hierarchies: dict[str, HierarchyFigures]
     details: dict[float, RobotFigures]
+    reference_s: float
     recommendation: Recommendation
     not_measured: tuple[str, ...]
     spent_s: float
@@ -87,9 +89,11 @@ def tune(
     try:
         maps = _measure_resolutions(study, target, resolutions_m)
         base = _coarsest_that_keeps(maps, target)
+        encodings, hierarchies = _measure_encodings(study), _measure_hierarchies(study)
         maps = _measure_factors(study, maps, base)
         summaries = [summary for summary in maps.values() if summary.accuracy is not None]
         chosen = recommend(summaries, (), target).settings
+        storage, details = _measure_storage(study, chosen), _measure_details(study, chosen)
         same_leaves = _measure_same_leaves(study, chosen)
         return TuningReport(
             target=target,
@@ -98,12 +102,13 @@ def tune(
             robot=None if robot is None else robot.name,
             base=base,
             maps=tuple(summaries),
-            dominated_by=tuple(dominators(np.array([_costs(summary) for summary in summaries]))),
+            dominated_by=tuple(dominators(np.array([costs(summary) for summary in summaries]))),
             same_leaves=same_leaves,
-            storage=_measure_storage(study, chosen),
-            encodings=_measure_encodings(study),
-            hierarchies=_measure_hierarchies(study),
-            details=_measure_details(study, chosen),
+            storage=storage,
+            encodings=encodings,
+            hierarchies=hierarchies,
+            details=details,
+            reference_s=study.reference_s,
             recommendation=recommend(summaries, same_leaves, target),
             not_measured=tuple(study.not_measured),
             spent_s=budget.spent_s,
@@ -158,7 +163,7 @@ def _coarsest_that_keeps(maps: _Maps, target: Target) -> MapSettings:
 
 def _measure_same_leaves(study: Study, chosen: MapSettings) -> tuple[CandidateSummary, ...]:
     candidates = with_same_leaves(chosen, study.parts)
-    measured = [(settings, study.measure_maps(settings, _TIMES_UNTIL, accuracy=False)) for settings in candidates]
+    measured = [(settings, study.measure_maps(settings, accuracy=False)) for settings in candidates]
     return tuple(summarise(settings, figures) for settings, figures in measured if len(figures) == len(study.parts))
 
 
@@ -202,14 +207,6 @@ def _measure_details(study: Study, chosen: MapSettings) -> dict[float, RobotFigu
         return {}
     measured = {error_m: study.measure_detail(chosen, error_m) for error_m in _DETAILS_M}
     return {error_m: mean_robot_figures(figures) for error_m, figures in measured.items() if figures}
-
-
-def _costs(summary: CandidateSummary) -> list[float]:
-    """What is to be small: error, free space lost, time a scan, and time a query of the robot."""
-    accuracy = summary.accuracy
-    assert accuracy is not None
-    queries = [float(coarse(summary.robot["occupied"].query_s))] if summary.robot else []
-    return [float(f"{accuracy.error_p95_m:.2g}"), round(1 - accuracy.free_recall, 2), coarse(summary.scan_s), *queries]
 
 
 def _describe_truth(study: Study) -> str:

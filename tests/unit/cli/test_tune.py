@@ -29,7 +29,7 @@ def test_a_folder_becomes_settings_that_a_service_takes(tmp_path: Path, capsys: 
     with Recording(tmp_path / "scans") as recording:
         for index, scan in enumerate(small_part(1, stations=8).scans):
             recording.write(scan.points, scan.T_map_sensor, float(index))
-    words = f"tune {tmp_path / 'scans'} --out {tmp_path / 'out'} --budget 30s --max-error 0.3 --resolutions 0.4,0.2"
+    words = f"tune {tmp_path / 'scans'} --out {tmp_path / 'out'} --budget 1h --max-error 0.3 --resolutions 0.4,0.2"
     assert main(words.split()) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("For at most 30 cm of error, use ")

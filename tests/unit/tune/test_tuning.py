@@ -26,7 +26,7 @@ RESOLUTIONS_M = (0.4, 0.2)
 
 def run(folder: Path, robot: Robot | None = BOX, with_truth: bool = True) -> TuningReport:
     scans = small_input(with_truth=with_truth)
-    return tune(scans, Target(0.3, 0.2), folder / "results.jsonl", robot, 60.0, RESOLUTIONS_M)
+    return tune(scans, Target(0.3, 0.2), folder / "results.jsonl", robot, 1e6, RESOLUTIONS_M)
 
 
 @pytest.fixture(scope="module")

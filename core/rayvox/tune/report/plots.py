@@ -164,7 +164,7 @@ def _plain_ticks(axes: Any, which: str = "both") -> None:
 
     for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "y")):
         if which in ("both", name) and axis.get_scale() == "log":
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
             formatter = ScalarFormatter()
             formatter.set_scientific(False)
             axis.set_major_formatter(formatter)

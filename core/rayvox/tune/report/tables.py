@@ -224,4 +224,4 @@ def _cm(metres: float) -> str:
 
 
 def _percent(share: float) -> str:
-    return "-" if np.isnan(share) else f"{100 * share:.2g} %"
+    return "-" if np.isnan(share) else f"{100 * share:.1f} %"

@@ -66,9 +66,11 @@ def test_unknown_space_counts_if_it_is_occupied() -> None:
 
 
 def test_a_robot_beyond_the_octree_is_measured_to_what_is_in_it() -> None:
-    result = CollisionChecker(wall_map().snapshot(), box_robot()).clearance(T_map_base=at((1e5, 0.05, 0.05)))
-    assert result.clearance_m == pytest.approx([1e5 - 1.2], rel=1e-12)
-    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]]))
+    result = CollisionChecker(wall_map().snapshot(), box_robot()).clearance(
+        T_map_base=at((1e5, 0.05, 0.05), (1e8, 0.05, 0.05))
+    )
+    assert result.clearance_m == pytest.approx([1e5 - 1.2, 1e8 - 1.2], rel=1e-9)
+    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]] * 2))
 
 
 def test_a_link_without_geometry_is_not_measured_and_links_are_named_by_their_index() -> None:

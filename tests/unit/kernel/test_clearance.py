@@ -61,7 +61,9 @@ def test_unknown_space_counts_if_it_is_occupied() -> None:
     robot, pose = box_robot("0.04 0.04 0.04"), at((0.75, 0.05, 0.04))
     assert CollisionChecker(snapshot, robot).clearance(T_map_base=pose).clearance_m == pytest.approx([0.23])
     minding = CollisionChecker(snapshot, robot, unknown="occupied").clearance(T_map_base=pose)
-    assert minding.clearance_m == pytest.approx([0.02])
+    # Beside a leaf of hundreds of metres the distance is rounded down by more.
+    assert minding.clearance_m == pytest.approx([0.02], abs=1e-6)
+    assert minding.clearance_m[0] <= 0.02
     assert minding.direction == pytest.approx(np.array([[0, 0, -1.0]]))
 
 
@@ -70,7 +72,7 @@ def test_a_robot_beyond_the_octree_is_measured_to_what_is_in_it() -> None:
         T_map_base=at((1e5, 0.05, 0.05), (1e8, 0.05, 0.05))
     )
     assert result.clearance_m == pytest.approx([1e5 - 1.2, 1e8 - 1.2], rel=1e-9)
-    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]] * 2))
+    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]] * 2), abs=1e-8)
 
 
 def test_a_link_without_geometry_is_not_measured_and_links_are_named_by_their_index() -> None:

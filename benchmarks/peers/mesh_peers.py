@@ -33,8 +33,8 @@ def _flags(peer: Peer) -> list[str]:
     if found is None or found.origin is None:
         raise PeerUnavailableError("pip install coal")
     prefix = next(folder for folder in Path(found.origin).parents if folder.name == "cmeel.prefix")
-    libraries = [f"-L{prefix}/lib", "-lcoal", f"-Wl,-rpath,{prefix}/lib"]
-    return ["-std=c++17", "-DWITH_COAL", f"-I{prefix}/include", "-I/usr/include/eigen3", *libraries]
+    libraries = [f"-L{prefix}/lib", "-lcoal", "-loctomap", "-loctomath", f"-Wl,-rpath,{prefix}/lib"]
+    return ["-std=c++17", "-DWITH_COAL", "-DCOAL_HAS_OCTOMAP", f"-I{prefix}/include", "-I/usr/include/eigen3", *libraries]
 
 
 def build_driver(peer: Peer) -> Path:
@@ -48,14 +48,17 @@ def build_driver(peer: Peer) -> Path:
         subprocess.run(command, check=True, capture_output=True, text=True)
     except (FileNotFoundError, subprocess.CalledProcessError) as error:
         reason = getattr(error, "stderr", str(error)).strip().splitlines()[0]
-        raise PeerUnavailableError(f"{peer}: install g++, libeigen3-dev and libfcl-dev ({reason})") from error
+        raise PeerUnavailableError(f"{peer}: install g++, libeigen3-dev, libfcl-dev and liboctomap-dev ({reason})") from error
     return driver
 
 
 def run_peer(
-    peer: Peer, mesh: Mesh, poses: NDArray[np.float64], repeats: int
+    peer: Peer, mesh: Mesh, poses: NDArray[np.float64], repeats: int, octomap: Path | None = None
 ) -> tuple[dict[str, Any], NDArray[np.bool_]]:
-    """Build seconds and microseconds a query of each repeat (one thread, OBB, boolean), and the verdicts."""
+    """Build seconds and microseconds a query of each repeat (one thread, OBB, boolean), and the verdicts.
+
+    The mesh with itself, or with the occupied voxels of `octomap`, a .bt file.
+    """
     driver = build_driver(peer)
     with tempfile.TemporaryDirectory() as folder:
         mesh_path, pose_path, verdicts = (Path(folder) / name for name in ("mesh", "poses", "verdicts"))
@@ -67,6 +70,7 @@ def run_peer(
             np.array([len(poses)], dtype=np.int64).tofile(file)
             poses.astype(np.float64).tofile(file)
         command = [str(driver), str(mesh_path), str(pose_path), str(verdicts), str(repeats)]
+        command += [str(octomap)] if octomap else []
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         measured: dict[str, Any] = json.loads(done.stdout)
         return measured, np.fromfile(verdicts, dtype=np.int8).astype(bool)

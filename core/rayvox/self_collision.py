@@ -14,13 +14,9 @@ FloatArray = npt.NDArray[np.float64]
 def self_collisions(robot: Robot, T_map_links: FloatArray) -> npt.NDArray[np.bool_]:
     """Whether, at (n, links, 4, 4) poses, two links touch or enclose each other that must not: (n,) bool.
 
-    A pose that one pair has decided is not asked of the others.
+    Pairs are looked at as they come near: bounding spheres, oriented boxes, then the hierarchies.
     """
-    colliding = np.zeros(len(T_map_links), dtype=bool)
-    for pair in robot.self_collision_pairs():
-        open_poses = np.flatnonzero(~colliding)
-        colliding[open_poses] = _pair_touches(robot, T_map_links[open_poses], pair)
-    return colliding
+    return robot.self_collision.check(T_map_links).astype(bool)
 
 
 def links_touch(robot: Robot, configurations: FloatArray, pairs: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:

@@ -23,15 +23,18 @@ RigidTransform pose_at(std::span<const double> T_map_links, std::size_t pose, st
   }
 }
 
+const CollisionKernels& kernels_of(const MapCheckOptions& options) {
+  return options.kernels ? *options.kernels : collision_kernels();
+}
+
 // One thread's bodies, placed at one pose after the other.
 class Checker {
  public:
   Checker(const MapSnapshot& map, std::span<const MapCheckLink> links, const MapCheckOptions& options)
-      : links_(links), options_(options), descent_(map, options) {
-    const CollisionKernels& kernels = options.kernels ? *options.kernels : collision_kernels();
+      : links_(links), options_(options), descent_(map, options, kernels_of(options)) {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       if (!links[i].body) continue;
-      bodies_.emplace_back(*links[i].body, map.geometry, kernels);
+      bodies_.emplace_back(*links[i].body, map.geometry, kernels_of(options));
       link_of_.push_back(i);
     }
   }

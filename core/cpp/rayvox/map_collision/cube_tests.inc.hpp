@@ -2,6 +2,23 @@
 // grow the cube by more than rounding can take. Included once per instruction set, inside its namespace, after its
 // CollisionLanes.
 
+// The cells of an octant in Morton order: each one's steps from the first along x, y and z, and which lie at each step.
+struct OctantLayout {
+  alignas(64) float offset[3][64] = {};
+  std::uint64_t slice[3][4] = {};
+
+  constexpr OctantLayout() {
+    for (int cell = 0; cell < 64; ++cell) {
+      for (int c = 0; c < 3; ++c) {
+        const int step = (cell >> c & 1) + 2 * (cell >> (c + 3) & 1);
+        offset[c][cell] = static_cast<float>(step);
+        slice[c][step] |= std::uint64_t{1} << cell;
+      }
+    }
+  }
+};
+constexpr OctantLayout octant_layout;
+
 template <class L>
 typename L::Float rotated(const float* row, const typename L::Float (&v)[3]) {
   const typename L::Float xy = L::multiply_add(L::broadcast(row[1]), v[1], L::multiply(L::broadcast(row[0]), v[0]));
@@ -64,6 +81,48 @@ unsigned boxes_meeting_cube(const PlacedBoxes& boxes, const LocalCube& cube) {
     meeting |= (~apart & ((1u << L::width) - 1)) << l;
   }
   return meeting;
+}
+
+/// Which of the 64 cells of an octant (4x4x4, in Morton order) the box of one lane may meet: those that neither the
+/// map's axes nor its own separate from it.
+template <class L>
+std::uint64_t cells_meeting_box(const PlacedBoxes& boxes, int lane, const LocalCells& cells) {
+  using F = typename L::Float;
+  std::uint64_t meeting = ~std::uint64_t{0};
+  float d[3];
+  for (int c = 0; c < 3; ++c) {
+    d[c] = cells.first_centre[c] - boxes.centre[c][lane];
+    const float reach = cells.half + boxes.extent[c][lane];
+    std::uint64_t along = 0;
+    for (int i = 0; i < 4; ++i) {
+      const float at = d[c] + static_cast<float>(i) * cells.edge;
+      along |= (at <= reach) & (at >= -reach) ? octant_layout.slice[c][i] : 0;
+    }
+    meeting &= along;
+  }
+  for (int j = 0; j < 3 && meeting; ++j) {
+    const float ax = boxes.axis[j][0][lane], ay = boxes.axis[j][1][lane], az = boxes.axis[j][2][lane];
+    const F start = L::broadcast(d[0] * ax + d[1] * ay + d[2] * az);
+    const F x = L::broadcast(ax * cells.edge), y = L::broadcast(ay * cells.edge), z = L::broadcast(az * cells.edge);
+    const F reach = L::broadcast(cells.half * boxes.reach_per_half[j][lane] + boxes.half[j][lane]);
+    for (int l = 0; l < 64; l += L::width) {
+      F at = L::multiply_add(L::load(octant_layout.offset[0] + l), x, start);
+      at = L::multiply_add(L::load(octant_layout.offset[1] + l), y, at);
+      at = L::multiply_add(L::load(octant_layout.offset[2] + l), z, at);
+      meeting &= ~(std::uint64_t{L::bits(L::greater(L::abs(at), reach))} << l);
+    }
+  }
+  return meeting;
+}
+
+/// Which of 64 values are at least `least`.
+template <class L>
+std::uint64_t values_at_least(const float* values, float least) {
+  std::uint64_t bits = 0;
+  for (int l = 0; l < 64; l += L::width) {
+    bits |= std::uint64_t{L::bits(L::not_less(L::load(values + l), L::broadcast(least)))} << l;
+  }
+  return bits;
 }
 
 template <class L>

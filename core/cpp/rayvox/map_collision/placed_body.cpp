@@ -31,7 +31,8 @@ void invert(const double* r, double* inverse) {
                               r[5] * r[6] - r[3] * r[8], r[0] * r[8] - r[2] * r[6], r[2] * r[3] - r[0] * r[5],
                               r[3] * r[7] - r[4] * r[6], r[1] * r[6] - r[0] * r[7], r[0] * r[4] - r[1] * r[3]};
   const double determinant = r[0] * cofactor[0] + r[1] * cofactor[3] + r[2] * cofactor[6];
-  for (int i = 0; i < 9; ++i) inverse[i] = cofactor[i] / determinant;
+  const double scale = 1 / determinant;
+  for (int i = 0; i < 9; ++i) inverse[i] = cofactor[i] * scale;
 }
 
 Vec3d product(const double* r, const Vec3d& p) {
@@ -53,7 +54,7 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
   padding_m_ = padding_m;
   std::copy_n(T_map_link.rotation(), 9, rotation_);
   for (int i = 0; i < 9; ++i) rotation_f32_[i] = static_cast<float>(rotation_[i]);
-  invert(rotation_, inverse_);
+  inverted_ = false;
   translation_ = T_map_link.translation();
   centre_ = turned(body_.mesh().centre_m());
   const double deviation = deviation_from_rotation(rotation_);
@@ -91,13 +92,27 @@ bool PlacedBody::fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size
   return placed;
 }
 
-std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
+PlacedBoxes& PlacedBody::placed_block(std::uint32_t block) {
   PlacedBoxes* boxes;
   if (!fetch(block_slots_, blocks_, blocks_used_, pose_, block, boxes)) {
     kernels_.place_boxes(body_.blocks()[block].boxes, rotation_f32_, margin_m_, *boxes);
   }
+  return *boxes;
+}
+
+std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
   const LinkBody::Block& lanes = body_.blocks()[block];
-  return kernels_.boxes_meeting_cube(*boxes, cube.local) & static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
+  return kernels_.boxes_meeting_cube(placed_block(block), cube.local) &
+         static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
+}
+
+LocalCells PlacedBody::cells(const Cell& first) const {
+  const LocalCube cube = this->cube(first, 0).local;
+  return {{cube.centre[0], cube.centre[1], cube.centre[2]}, static_cast<float>(map_.resolution_m()), cube.half};
+}
+
+std::uint64_t PlacedBody::cells_meeting(std::uint32_t block, int lane, const LocalCells& cells) {
+  return kernels_.cells_meeting_box(placed_block(block), lane, cells);
 }
 
 bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
@@ -124,17 +139,14 @@ bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
 }
 
 CellBox PlacedBody::cells_in_reach(bool& may_reach_beyond) {
-  PlacedBoxes* root;
-  if (!fetch(block_slots_, blocks_, blocks_used_, pose_, 0, root)) {
-    kernels_.place_boxes(body_.blocks()[0].boxes, rotation_f32_, margin_m_, *root);
-  }
+  const PlacedBoxes& root = placed_block(0);
   const double half_extent = map_.half_extent(), r = map_.resolution_m();
   CellBox box{};
   may_reach_beyond = false;
   for (int c = 0; c < 3; ++c) {
-    const double middle = translation_[c] + centre_[c] + static_cast<double>(root->centre[c][0]);
+    const double middle = translation_[c] + centre_[c] + static_cast<double>(root.centre[c][0]);
     // Voxels that are only touched count, and what lies a rounding error away may be touched.
-    const double extent = static_cast<double>(root->extent[c][0]) * (1 + margin_of_size) + padding_m_ +
+    const double extent = static_cast<double>(root.extent[c][0]) * (1 + margin_of_size) + padding_m_ +
                           1e-14 * std::abs(middle) + 1e-9 * r;
     const double low = (middle - extent) / r, high = (middle + extent) / r;
     may_reach_beyond |= low <= -half_extent || high >= half_extent;
@@ -160,8 +172,28 @@ bool PlacedBody::reaches_beyond_map() const {
   return false;
 }
 
-bool PlacedBody::encloses(const PlacedCube& cube) const {
-  return body_.solid().contains(product(inverse_, cube.centre - centre_));
+Vec3d PlacedBody::in_solid(const Vec3d& p) {
+  if (!inverted_) {
+    invert(rotation_, inverse_);
+    solid_centre_ = turned(body_.solid_centre_m());
+    inverted_ = true;
+  }
+  return product(inverse_, p - solid_centre_);
+}
+
+bool PlacedBody::may_enclose_any(const PlacedCube& cube) {
+  // No corner of the cube is further away along any axis than a corner along its diagonal.
+  constexpr double diagonal = 1.7320509;
+  return body_.interior().may_hold_inside(in_solid(cube.centre), cube.half * diagonal, 0.5 * map_.resolution_m());
+}
+
+bool PlacedBody::encloses(const PlacedCube& cube) {
+  const Vec3d p = in_solid(cube.centre);
+  switch (body_.interior().side(p, cube.half)) {
+    case InteriorGrid::Side::inside: return true;
+    case InteriorGrid::Side::outside: return false;
+    default: return body_.solid().contains(p);
+  }
 }
 
 }  // namespace rayvox

@@ -33,12 +33,19 @@ class PlacedBody {
   CellBox cells_in_reach(bool& may_reach_beyond);
   /// The lanes of a block whose boxes may meet the cube.
   std::uint32_t lanes_meeting(std::uint32_t block, const PlacedCube& cube);
+  /// The cells of an octant (Morton order) that the box of one lane of a block may meet.
+  std::uint64_t cells_meeting(std::uint32_t block, int lane, const LocalCells& cells);
+  /// The finest cells of the octant from `first` on.
+  LocalCells cells(const Cell& first) const;
   /// Whether a triangle of a leaf meets the cube.
   bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
   /// Whether a point of the padded surface lies on the border of the octree or beyond.
   bool reaches_beyond_map() const;
+  /// Whether a closed part may enclose a cube inside this one that no triangle meets and that has at least half the
+  /// edge of a finest cell.
+  bool may_enclose_any(const PlacedCube& cube);
   /// Whether the centre of a cube that no triangle meets, and so all of it, is inside a closed part.
-  bool encloses(const PlacedCube& cube) const;
+  bool encloses(const PlacedCube& cube);
 
  private:
   struct Slot {
@@ -47,13 +54,18 @@ class PlacedBody {
   template <class T>
   static bool fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size_t& used, std::uint32_t pose,
                     std::uint32_t index, T*& out);
+  PlacedBoxes& placed_block(std::uint32_t block);
   Vec3d turned(const Vec3d& p) const;
+  // A point relative to the pose's translation, in the frame of the body's solid.
+  Vec3d in_solid(const Vec3d& p);
 
   const LinkBody& body_;
   const MapGeometry& map_;
   const CollisionKernels& kernels_;
   double radius_m_, padding_m_ = 0;
   double rotation_[9], inverse_[9];
+  bool inverted_ = false;  // inverse_ and solid_centre_ are this pose's
+  Vec3d solid_centre_;
   float rotation_f32_[9], margin_m_ = 0;
   Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it
   std::uint32_t pose_ = 0;

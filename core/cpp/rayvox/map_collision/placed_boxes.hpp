@@ -32,4 +32,10 @@ struct LocalCube {
   float half;
 };
 
+/// The 4x4x4 finest cells of an octant, relative to the mesh's placed centre; `half`, of each, is grown like LocalCube's.
+struct LocalCells {
+  float first_centre[3];
+  float edge, half;
+};
+
 }  // namespace rayvox

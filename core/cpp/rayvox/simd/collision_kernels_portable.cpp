@@ -26,6 +26,8 @@ const CollisionKernels collision_table{
     choose_cones<CollisionLanes>,
     place_boxes<CollisionLanes>,
     boxes_meeting_cube<CollisionLanes>,
+    cells_meeting_box<CollisionLanes>,
+    values_at_least<CollisionLanes>,
     place_triangles<CollisionLanes>,
     triangles_meeting_cube<CollisionLanes>};
 

@@ -34,7 +34,14 @@ def _flags(peer: Peer) -> list[str]:
         raise PeerUnavailableError("pip install coal")
     prefix = next(folder for folder in Path(found.origin).parents if folder.name == "cmeel.prefix")
     libraries = [f"-L{prefix}/lib", "-lcoal", "-loctomap", "-loctomath", f"-Wl,-rpath,{prefix}/lib"]
-    return ["-std=c++17", "-DWITH_COAL", "-DCOAL_HAS_OCTOMAP", f"-I{prefix}/include", "-I/usr/include/eigen3", *libraries]
+    return [
+        "-std=c++17",
+        "-DWITH_COAL",
+        "-DCOAL_HAS_OCTOMAP",
+        f"-I{prefix}/include",
+        "-I/usr/include/eigen3",
+        *libraries,
+    ]
 
 
 def build_driver(peer: Peer) -> Path:
@@ -48,7 +55,9 @@ def build_driver(peer: Peer) -> Path:
         subprocess.run(command, check=True, capture_output=True, text=True)
     except (FileNotFoundError, subprocess.CalledProcessError) as error:
         reason = getattr(error, "stderr", str(error)).strip().splitlines()[0]
-        raise PeerUnavailableError(f"{peer}: install g++, libeigen3-dev, libfcl-dev and liboctomap-dev ({reason})") from error
+        raise PeerUnavailableError(
+            f"{peer}: install g++, libeigen3-dev, libfcl-dev and liboctomap-dev ({reason})"
+        ) from error
     return driver
 
 

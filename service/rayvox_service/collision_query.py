@@ -30,6 +30,7 @@ class CollisionQuery(BaseModel):
     unknown: Literal["free", "occupied"] = "free"
     padding_m: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
     occupancy_threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
+    accuracy_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
     self_collision: bool = False
     contacts: Literal["none", "first", "all"] = "none"
 
@@ -80,7 +81,9 @@ def check_collisions(query: CollisionQuery, poses: Poses, robot: Robot, snapshot
     """Raises rayvox.InvalidInputError, Problem."""
     if query.contacts == "all":
         poses.require_at_most(MOST_POSES_WITH_ALL_CONTACTS)
-    checker = CollisionChecker(snapshot, robot, query.unknown, query.padding_m, query.occupancy_threshold)
+    checker = CollisionChecker(
+        snapshot, robot, query.unknown, query.padding_m, query.occupancy_threshold, query.accuracy_m
+    )
     return checker.check(
         poses.configurations, poses.T_map_base, contacts=query.contacts, self_collision=query.self_collision
     )

@@ -258,6 +258,7 @@ class AsyncClient:
         unknown: UnknownPolicy = "free",
         padding_m: float = 0.0,
         occupancy_threshold: float | None = None,
+        accuracy_m: float | None = None,
         self_collision: bool = False,
         contacts: ContactMode = "none",
         min_revision: int | None = None,
@@ -267,6 +268,7 @@ class AsyncClient:
             "unknown": unknown,
             "padding_m": float(padding_m),
             "occupancy_threshold": occupancy_threshold,
+            "accuracy_m": accuracy_m,
             "self_collision": self_collision,
             "contacts": contacts,
         }

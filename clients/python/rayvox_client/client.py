@@ -277,6 +277,7 @@ class Client:
         unknown: UnknownPolicy = "free",
         padding_m: float = 0.0,
         occupancy_threshold: float | None = None,
+        accuracy_m: float | None = None,
         self_collision: bool = False,
         contacts: ContactMode = "none",
         min_revision: int | None = None,
@@ -292,6 +293,8 @@ class Client:
             unknown: whether unknown space is passed ("free"), or met as verdict 2 ("occupied").
             padding_m: grows every link.
             occupancy_threshold: probability from which on a voxel is occupied; None for the map's own.
+            accuracy_m: lets the service take simpler meshes: no collision is missed, but a pose may count as colliding
+                that comes within so many metres of a voxel; None for the meshes as they are.
             self_collision: also say where links touch each other that must not.
             contacts: "first" voxel met per pose, or "all" (of a few poses).
             min_revision: wait until the map has got so far.
@@ -311,6 +314,7 @@ class Client:
                 unknown=unknown,
                 padding_m=padding_m,
                 occupancy_threshold=occupancy_threshold,
+                accuracy_m=accuracy_m,
                 self_collision=self_collision,
                 contacts=contacts,
                 min_revision=min_revision,

@@ -153,7 +153,8 @@ class SelfCollisionQuery {
       collider = std::make_unique<PairCollider>(*pair.tables, *robot_.solids_[pair.a], *robot_.solids_[pair.b],
                                                 robot_.options_);
     }
-    const RigidTransform T_a_b = between(T_map_links_ + 16 * std::size_t{pair.a}, T_map_links_ + 16 * std::size_t{pair.b});
+    const RigidTransform T_a_b =
+        between(T_map_links_ + 16 * std::size_t{pair.a}, T_map_links_ + 16 * std::size_t{pair.b});
     return collider->collide(0, T_a_b) != CollideResult::apart;
   }
 

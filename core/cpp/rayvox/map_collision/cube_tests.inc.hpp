@@ -2,17 +2,19 @@
 // grow the cube by more than rounding can take. Included once per instruction set, inside its namespace, after its
 // CollisionLanes.
 
-// The cells of an octant in Morton order: each one's steps from the first along x, y and z, and which lie at each step.
+// The cells of an octant in Morton order: each one's steps from the first along x, y and z, and
+// which lie from a step on, and up to one.
 struct OctantLayout {
   alignas(64) float offset[3][64] = {};
-  std::uint64_t slice[3][4] = {};
+  std::uint64_t slices_from[3][4] = {}, slices_to[3][4] = {};
 
   constexpr OctantLayout() {
     for (int cell = 0; cell < 64; ++cell) {
       for (int c = 0; c < 3; ++c) {
         const int step = (cell >> c & 1) + 2 * (cell >> (c + 3) & 1);
         offset[c][cell] = static_cast<float>(step);
-        slice[c][step] |= std::uint64_t{1} << cell;
+        for (int i = 0; i <= step; ++i) slices_from[c][i] |= std::uint64_t{1} << cell;
+        for (int i = step; i < 4; ++i) slices_to[c][i] |= std::uint64_t{1} << cell;
       }
     }
   }
@@ -83,36 +85,53 @@ unsigned boxes_meeting_cube(const PlacedBoxes& boxes, const LocalCube& cube) {
   return meeting;
 }
 
-/// Which of the 64 cells of an octant (4x4x4, in Morton order) the box of one lane may meet: those that neither the
-/// map's axes nor its own separate from it.
+/// The steps of an octant along one axis whose cells a box may meet: bits of the cells of all of them.
+inline std::uint64_t slices_within(int axis, float low, float high) {
+  // Steps from ceil(low) to floor(high), of -1 to 4.
+  const float from = low > 0 ? low : 0, to = high < 3 ? high : 3;
+  if (!(from <= to)) return 0;
+  const int first = static_cast<int>(from) + (static_cast<float>(static_cast<int>(from)) < from);
+  const int last = static_cast<int>(to);
+  return octant_layout.slices_from[axis][first] & octant_layout.slices_to[axis][last];
+}
+
+/// Which of some cells of an octant (4x4x4, in Morton order) the box of one lane may meet: those that neither the map's
+/// axes nor its own separate from it.
 template <class L>
-std::uint64_t cells_meeting_box(const PlacedBoxes& boxes, int lane, const LocalCells& cells) {
+std::uint64_t cells_meeting_box(const PlacedBoxes& boxes, int lane, const LocalCells& octant, std::uint64_t cells) {
   using F = typename L::Float;
-  std::uint64_t meeting = ~std::uint64_t{0};
   float d[3];
   for (int c = 0; c < 3; ++c) {
-    d[c] = cells.first_centre[c] - boxes.centre[c][lane];
-    const float reach = cells.half + boxes.extent[c][lane];
-    std::uint64_t along = 0;
-    for (int i = 0; i < 4; ++i) {
-      const float at = d[c] + static_cast<float>(i) * cells.edge;
-      along |= (at <= reach) & (at >= -reach) ? octant_layout.slice[c][i] : 0;
-    }
-    meeting &= along;
+    d[c] = octant.first_centre[c] - boxes.centre[c][lane];
+    const float reach = octant.half + boxes.extent[c][lane];
+    cells &= slices_within(c, (-reach - d[c]) * octant.per_edge, (reach - d[c]) * octant.per_edge);
   }
-  for (int j = 0; j < 3 && meeting; ++j) {
-    const float ax = boxes.axis[j][0][lane], ay = boxes.axis[j][1][lane], az = boxes.axis[j][2][lane];
-    const F start = L::broadcast(d[0] * ax + d[1] * ay + d[2] * az);
-    const F x = L::broadcast(ax * cells.edge), y = L::broadcast(ay * cells.edge), z = L::broadcast(az * cells.edge);
-    const F reach = L::broadcast(cells.half * boxes.reach_per_half[j][lane] + boxes.half[j][lane]);
-    for (int l = 0; l < 64; l += L::width) {
-      F at = L::multiply_add(L::load(octant_layout.offset[0] + l), x, start);
-      at = L::multiply_add(L::load(octant_layout.offset[1] + l), y, at);
-      at = L::multiply_add(L::load(octant_layout.offset[2] + l), z, at);
-      meeting &= ~(std::uint64_t{L::bits(L::greater(L::abs(at), reach))} << l);
+  if (!cells) return 0;
+  F start[3], step[3][3], reach[3];
+  for (int j = 0; j < 3; ++j) {
+    float along = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float coordinate = boxes.axis[j][c][lane];
+      along += d[c] * coordinate;
+      step[j][c] = L::broadcast(coordinate * octant.edge);
     }
+    start[j] = L::broadcast(along);
+    reach[j] = L::broadcast(octant.half * boxes.reach_per_half[j][lane] + boxes.half[j][lane]);
   }
-  return meeting;
+  constexpr std::uint64_t lanes = (std::uint64_t{1} << L::width) - 1;
+  for (int l = 0; l < 64; l += L::width) {
+    if (!(cells >> l & lanes)) continue;
+    const F x = L::load(octant_layout.offset[0] + l), y = L::load(octant_layout.offset[1] + l),
+            z = L::load(octant_layout.offset[2] + l);
+    std::uint64_t apart = 0;
+    for (int j = 0; j < 3; ++j) {
+      const F at =
+          L::multiply_add(z, step[j][2], L::multiply_add(y, step[j][1], L::multiply_add(x, step[j][0], start[j])));
+      apart |= L::bits(L::greater(L::abs(at), reach[j]));
+    }
+    cells &= ~(apart << l);
+  }
+  return cells;
 }
 
 /// Which of 64 values are at least `least`.

@@ -28,8 +28,9 @@ class InteriorGrid {
 
   using Index = std::array<int, 3>;
   std::size_t at(const Index& i) const {
-    return static_cast<std::size_t>(i[0]) + static_cast<std::size_t>(size_[0]) *
-           (static_cast<std::size_t>(i[1]) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(i[2]));
+    return static_cast<std::size_t>(i[0]) +
+           static_cast<std::size_t>(size_[0]) *
+               (static_cast<std::size_t>(i[1]) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(i[2]));
   }
   Vec3d centre_of(const Index& i) const;
   Index nearest_cell(const Vec3d& p) const;

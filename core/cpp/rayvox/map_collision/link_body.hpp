@@ -12,7 +12,8 @@ namespace rayvox {
 
 /// The closed parts of a mesh and where their inside is. Immutable.
 struct LinkSolid {
-  explicit LinkSolid(std::shared_ptr<const KdopBvh> of) : bvh(std::move(of)), solid(*bvh), interior(bvh->mesh(), solid) {}
+  explicit LinkSolid(std::shared_ptr<const KdopBvh> of)
+      : bvh(std::move(of)), solid(*bvh), interior(bvh->mesh(), solid) {}
 
   std::shared_ptr<const KdopBvh> bvh;
   Solid solid;

@@ -18,14 +18,6 @@ Cell cell_in_octant(const Cell& first, int cell) {
   return child_cell(child_cell(first, octant_level, cell / 8), octant_level - 1, cell % 8);
 }
 
-bool any_unknown_below(const NodeCursor& node) {
-  if (!node.brick()) return node.slot().inner()->summary.any_unknown;
-  if (node.level() == brick_level) return node.brick()->any_unknown();
-  const std::uint64_t known = node.brick()->known[node.first_cell() / cells_per_octant];
-  if (node.level() == 2) return ~known != 0;
-  return (~known >> (node.first_cell() % cells_per_octant) & 0xff) != 0;
-}
-
 }  // namespace
 
 void OctreeDescent::start_pose(std::uint32_t pose) {
@@ -47,16 +39,36 @@ bool OctreeDescent::check_link(PlacedBody& body, std::uint32_t link) {
   body_level_ = std::max<int>(brick_level, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(longest))));
   front_.assign(1, {0, 1});
   const NodeCursor root(map_.root, map_.geometry.depth());
-  if (relevance(root)) approach(root, root_cell(map_.geometry));
+  if (counts(root)) approach(root, root_cell(map_.geometry));
   if (!done()) check_enclosed();
   return done();
 }
 
-OctreeDescent::Relevance OctreeDescent::relevance(const NodeCursor& node) const {
-  if (node.kind() == NodeCursor::Kind::unknown) return {false, unknown_counts()};
-  const bool occupied = node.log_odds() >= options_.occupied_log_odds;
-  const bool inner = node.kind() == NodeCursor::Kind::inner;
-  return {occupied, unknown_counts() && inner && any_unknown_below(node)};
+bool OctreeDescent::counts(const NodeCursor& node) const {
+  switch (node.kind()) {
+    case NodeCursor::Kind::unknown: return unknown_counts();
+    case NodeCursor::Kind::leaf: return node.log_odds() >= options_.occupied_log_odds;
+    default: break;
+  }
+  if (node.level() > brick_level) {
+    const Summary& summary = node.slot().inner()->summary;
+    return summary.max_log_odds >= options_.occupied_log_odds || (summary.any_unknown && unknown_counts());
+  }
+  if (node.level() == brick_level) return octants_that_count(*node.brick()) != 0;
+  const std::uint64_t cells =
+      node.level() == octant_level ? ~std::uint64_t{0} : std::uint64_t{0xff} << node.first_cell() % cells_per_octant;
+  const std::uint64_t unknown = ~node.brick()->known[node.first_cell() / cells_per_octant] & cells;
+  return node.log_odds() >= options_.occupied_log_odds || (unknown && unknown_counts());
+}
+
+unsigned OctreeDescent::octants_that_count(const Brick& brick) const {
+  const std::uint64_t all_unknown = unknown_counts() ? ~std::uint64_t{0} : 0;
+  unsigned octants = 0;
+  for (unsigned i = 0; i < 8; ++i) {
+    const bool occupied = (brick.known[i] != 0) & (brick.octant_max[i] >= options_.occupied_log_odds);
+    octants |= static_cast<unsigned>(occupied | ((~brick.known[i] & all_unknown) != 0)) << i;
+  }
+  return octants;
 }
 
 unsigned OctreeDescent::children_in_reach(const Cell& first, int level) const {
@@ -73,7 +85,7 @@ void OctreeDescent::approach(const NodeCursor& node, const Cell& first) {
   if (node.kind() != NodeCursor::Kind::inner || node.level() <= body_level_) return descend(node, first, {0, 1});
   for (unsigned left = children_in_reach(first, node.level()); left && !done(); left &= left - 1) {
     const NodeCursor child = node.child(__builtin_ctz(left));
-    if (relevance(child)) approach(child, child_cell(first, node.level(), __builtin_ctz(left)));
+    if (counts(child)) approach(child, child_cell(first, node.level(), __builtin_ctz(left)));
   }
 }
 
@@ -93,9 +105,13 @@ void OctreeDescent::descend(const NodeCursor& node, const Cell& first, Front fro
 }
 
 void OctreeDescent::descend_children(const NodeCursor& node, const Cell& first, Front front) {
-  for (unsigned left = children_in_reach(first, node.level()); left && !done(); left &= left - 1) {
+  unsigned left = children_in_reach(first, node.level());
+  if (node.level() == brick_level) left &= octants_that_count(*node.brick());
+  for (; left && !done(); left &= left - 1) {
     const NodeCursor child = node.child(__builtin_ctz(left));
-    if (relevance(child)) descend(child, child_cell(first, node.level(), __builtin_ctz(left)), front);
+    if (node.level() == brick_level || counts(child)) {
+      descend(child, child_cell(first, node.level(), __builtin_ctz(left)), front);
+    }
   }
 }
 
@@ -103,7 +119,7 @@ OctreeDescent::Front OctreeDescent::narrow(Front front, const PlacedCube& cube) 
   const std::size_t begin = front_.size();
   for (std::size_t i = front.begin; i < front.end; ++i) {
     const Entry entry = front_[i];
-    const std::uint32_t lanes = entry.lanes & body_->lanes_meeting(entry.block, cube);
+    const std::uint32_t lanes = entry.lanes & body_->lanes_meeting(entry.block, cube.local);
     if (lanes) front_.push_back({entry.block, lanes});
   }
   // Entries are opened in place; those of their children are appended, and opened when their turn comes.
@@ -114,7 +130,7 @@ OctreeDescent::Front OctreeDescent::narrow(Front front, const PlacedCube& cube) 
     front_[i].lanes &= block.leaves;
     for (; opened; opened &= opened - 1) {
       const std::uint32_t child = block.child[__builtin_ctz(opened)];
-      const std::uint32_t lanes = body_->lanes_meeting(child, cube);
+      const std::uint32_t lanes = body_->lanes_meeting(child, cube.local);
       if (lanes) front_.push_back({child, lanes});
     }
   }
@@ -131,11 +147,12 @@ bool OctreeDescent::surface_meets(Front front, const PlacedCube& cube) {
     const Entry entry = front_[i];
     const LinkBody::Block& block = body_->body().blocks()[entry.block];
     for (std::uint32_t leaves = entry.lanes & block.leaves; leaves; leaves &= leaves - 1) {
-      if (body_->leaf_meets(block.child[__builtin_ctz(leaves)], cube)) return true;
+      const std::uint32_t leaf = block.child[__builtin_ctz(leaves)], near = body_->triangles_near(leaf, cube.local);
+      if (near && body_->triangles_meet(leaf, near, cube)) return true;
     }
     for (std::uint32_t inner = entry.lanes & block.inner; inner; inner &= inner - 1) {
       const std::uint32_t child = block.child[__builtin_ctz(inner)];
-      const std::uint32_t lanes = body_->lanes_meeting(child, cube);
+      const std::uint32_t lanes = body_->lanes_meeting(child, cube.local);
       if (lanes) front_.push_back({child, lanes});
     }
   }
@@ -147,7 +164,7 @@ void OctreeDescent::check_octant(const NodeCursor& octant, const Cell& first, Fr
   const int index = octant.first_cell() / cells_per_octant;
   const std::uint64_t known = brick.known[index];
   const std::uint64_t occupied = known & kernels_.values_at_least(brick.cells(index), options_.occupied_log_odds);
-  octant_ = {first, body_->cube(first, octant_level), body_->cells(first)};
+  octant_ = {first, body_->cube(first, octant_level).local, body_->cells(first)};
   if (options_.contacts == Contacts::all) {
     check_cells(octant, front, occupied | (unknown_counts() ? ~known : 0));
     return;
@@ -171,14 +188,14 @@ std::uint64_t OctreeDescent::cells_met_by_block(std::uint32_t block, std::uint32
   std::uint64_t met = 0;
   for (; lanes && !enough(met); lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
-    const std::uint64_t near = body_->cells_meeting(block, lane, octant_.cells) & cells & ~met;
+    const std::uint64_t near = body_->cells_meeting(block, lane, octant_.cells, cells & ~met);
     if (!near) continue;
     const LinkBody::Block& boxes = body_->body().blocks()[block];
     if (boxes.leaves >> lane & 1) {
       met |= cells_met_by_leaf(boxes.child[lane], near);
     } else {
-      const PlacedCube cube = std::has_single_bit(near) ? cell_cube(octant_.first, near) : octant_.cube;
-      met |= cells_met_by_block(boxes.child[lane], body_->lanes_meeting(boxes.child[lane], cube), near);
+      const LocalCube around = (near & (near - 1)) == 0 ? octant_.cells.cube(std::countr_zero(near)) : octant_.cube;
+      met |= cells_met_by_block(boxes.child[lane], body_->lanes_meeting(boxes.child[lane], around), near);
     }
   }
   return met;
@@ -187,13 +204,15 @@ std::uint64_t OctreeDescent::cells_met_by_block(std::uint32_t block, std::uint32
 std::uint64_t OctreeDescent::cells_met_by_leaf(std::uint32_t leaf, std::uint64_t cells) {
   std::uint64_t met = 0;
   for (; cells && !enough(met); cells &= cells - 1) {
-    if (body_->leaf_meets(leaf, cell_cube(octant_.first, cells))) met |= cells & (~cells + 1);
+    const int cell = std::countr_zero(cells);
+    const std::uint32_t near = body_->triangles_near(leaf, octant_.cells.cube(cell));
+    if (near && body_->triangles_meet(leaf, near, cell_cube(octant_.first, cell))) met |= cells & (~cells + 1);
   }
   return met;
 }
 
-PlacedCube OctreeDescent::cell_cube(const Cell& octant_first, std::uint64_t cells) const {
-  return body_->cube(cell_in_octant(octant_first, std::countr_zero(cells)), 0);
+PlacedCube OctreeDescent::cell_cube(const Cell& octant_first, int cell) const {
+  return body_->cube(cell_in_octant(octant_first, cell), 0);
 }
 
 void OctreeDescent::leave_untouched(const NodeCursor& node, const Cell& first, std::uint64_t cells) {
@@ -216,13 +235,13 @@ void OctreeDescent::check_enclosed() {
 void OctreeDescent::check_cells_enclosed(const Untouched& octant) {
   std::uint64_t inside = 0;
   for (std::uint64_t cells = octant.cells; cells && !enough(inside); cells &= cells - 1) {
-    if (body_->encloses(cell_cube(octant.first, cells))) inside |= cells & (~cells + 1);
+    if (body_->encloses(cell_cube(octant.first, std::countr_zero(cells)))) inside |= cells & (~cells + 1);
   }
   report_cells(octant.node, octant.first, inside);
 }
 
 void OctreeDescent::report_all(const NodeCursor& node, const Cell& first) {
-  if (!relevance(node)) return;
+  if (!counts(node)) return;
   if (node.kind() != NodeCursor::Kind::inner) return report(node, first);
   for (int i = 0; i < 8 && !done(); ++i) report_all(node.child(i), child_cell(first, node.level(), i));
 }

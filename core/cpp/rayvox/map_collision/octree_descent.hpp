@@ -35,13 +35,8 @@ class OctreeDescent {
   // The one at hand.
   struct Octant {
     Cell first;
-    PlacedCube cube;
+    LocalCube cube;
     LocalCells cells;
-  };
-  // What of a node counts for the answer.
-  struct Relevance {
-    bool occupied, unknown;
-    explicit operator bool() const { return occupied || unknown; }
   };
   // A node, or some cells of an octant, that no triangle meets.
   struct Untouched {
@@ -50,7 +45,9 @@ class OctreeDescent {
     std::uint64_t cells;
   };
 
-  Relevance relevance(const NodeCursor& node) const;
+  /// Whether a node holds what counts for the answer; which octants of a brick do.
+  bool counts(const NodeCursor& node) const;
+  unsigned octants_that_count(const Brick& brick) const;
   bool unknown_counts() const {
     return options_.unknown_is_occupied && (!unknown_ || options_.contacts == Contacts::all);
   }
@@ -66,7 +63,7 @@ class OctreeDescent {
   void check_cells(const NodeCursor& octant, Front front, std::uint64_t cells);
   std::uint64_t cells_met_by_block(std::uint32_t block, std::uint32_t lanes, std::uint64_t cells);
   std::uint64_t cells_met_by_leaf(std::uint32_t leaf, std::uint64_t cells);
-  PlacedCube cell_cube(const Cell& octant_first, std::uint64_t cells) const;
+  PlacedCube cell_cube(const Cell& octant_first, int cell) const;
   void leave_untouched(const NodeCursor& node, const Cell& first, std::uint64_t cells);
   void check_enclosed();
   void check_cells_enclosed(const Untouched& octant);

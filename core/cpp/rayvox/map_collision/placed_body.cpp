@@ -47,6 +47,7 @@ PlacedBody::PlacedBody(const LinkBody& body, const MapGeometry& map, const Colli
       map_(map),
       kernels_(kernels),
       radius_m_(body.mesh().radius_m()),
+      cells_per_m_(1 / map.resolution_m()),
       block_slots_(body.blocks().size()),
       leaf_slots_(body.leaves().size()) {}
 
@@ -57,6 +58,14 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
   inverted_ = false;
   translation_ = T_map_link.translation();
   centre_ = turned(body_.mesh().centre_m());
+  // Voxels are placed by their steps from one near the pose, which is placed with one rounding: a map far from its
+  // origin is as exact as one at it.
+  for (int c = 0; c < 3; ++c) {
+    const double most = 2.0 * map_.half_extent();
+    near_cell_[c] =
+        static_cast<double>(static_cast<std::int64_t>(std::clamp(translation_[c] * cells_per_m_, -most, most)));
+    near_cell_m_[c] = std::fma(near_cell_[c], map_.resolution_m(), -translation_[c]);
+  }
   const double deviation = deviation_from_rotation(rotation_);
   margin_m_ = static_cast<float>((margin_of_size + 4 * deviation) * radius_m_ + least_margin_m +
                                  rounding_of_placement * norm(centre_));
@@ -67,12 +76,12 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
 Vec3d PlacedBody::turned(const Vec3d& p) const { return product(rotation_, p); }
 
 PlacedCube PlacedBody::cube(const Cell& first, int level) const {
-  const double half_cells = std::ldexp(0.5, level), r = map_.resolution_m();
+  const double half_cells = 0.5 * static_cast<double>(std::int64_t{1} << level), r = map_.resolution_m();
   PlacedCube cube;
   cube.half = half_cells * r + padding_m_;
   for (int c = 0; c < 3; ++c) {
-    // One rounding, so that a map far from its origin is as exact as one at it.
-    cube.centre[c] = std::fma(first[static_cast<std::size_t>(c)] + half_cells, r, -translation_[c]);
+    const double cells = first[static_cast<std::size_t>(c)] - near_cell_[c] + half_cells;
+    cube.centre[c] = near_cell_m_[c] + cells * r;
     cube.local.centre[c] = static_cast<float>(cube.centre[c] - centre_[c]);
   }
   cube.local.half = static_cast<float>(cube.half * (1 + margin_of_size)) + margin_m_;
@@ -100,32 +109,36 @@ PlacedBoxes& PlacedBody::placed_block(std::uint32_t block) {
   return *boxes;
 }
 
-std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
+std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const LocalCube& cube) {
   const LinkBody::Block& lanes = body_.blocks()[block];
-  return kernels_.boxes_meeting_cube(placed_block(block), cube.local) &
+  return kernels_.boxes_meeting_cube(placed_block(block), cube) &
          static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
 }
 
 LocalCells PlacedBody::cells(const Cell& first) const {
   const LocalCube cube = this->cube(first, 0).local;
-  return {{cube.centre[0], cube.centre[1], cube.centre[2]}, static_cast<float>(map_.resolution_m()), cube.half};
+  const auto edge = static_cast<float>(map_.resolution_m());
+  return {{cube.centre[0], cube.centre[1], cube.centre[2]}, edge, cube.half, 1 / edge};
 }
 
-std::uint64_t PlacedBody::cells_meeting(std::uint32_t block, int lane, const LocalCells& cells) {
-  return kernels_.cells_meeting_box(placed_block(block), lane, cells);
+std::uint64_t PlacedBody::cells_meeting(std::uint32_t block, int lane, const LocalCells& octant, std::uint64_t cells) {
+  return kernels_.cells_meeting_box(placed_block(block), lane, octant, cells);
 }
 
-bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
+std::uint32_t PlacedBody::triangles_near(std::uint32_t index, const LocalCube& cube) {
   const LinkBody::Leaf& leaf = body_.leaves()[index];
   TriangleBlock* triangles;
   if (!fetch(leaf_slots_, leaves_, leaves_used_, pose_, index, triangles)) {
     kernels_.place_triangles(leaf.triangles, rotation_f32_, *triangles);
   }
-  unsigned lanes = kernels_.triangles_meeting_cube(*triangles, cube.local) & ((1u << leaf.count) - 1);
+  return kernels_.triangles_meeting_cube(*triangles, cube) & ((1u << leaf.count) - 1);
+}
+
+bool PlacedBody::triangles_meet(std::uint32_t leaf, std::uint32_t near, const PlacedCube& cube) const {
   const Vec3d& mesh_centre = body_.mesh().centre_m();
-  for (; lanes; lanes &= lanes - 1) {
+  for (; near; near &= near - 1) {
     const std::uint32_t triangle =
-        body_.bvh().triangle_at(leaf.first + static_cast<std::uint32_t>(__builtin_ctz(lanes)));
+        body_.bvh().triangle_at(body_.leaves()[leaf].first + static_cast<std::uint32_t>(__builtin_ctz(near)));
     Triangle placed = body_.mesh().triangle(triangle);
     double size = norm(cube.centre);
     for (Vec3d& corner : placed) {

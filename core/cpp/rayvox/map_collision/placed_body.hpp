@@ -32,13 +32,14 @@ class PlacedBody {
   /// All cells that the padded body may touch, clipped to the octree; whether it may touch what lies beyond.
   CellBox cells_in_reach(bool& may_reach_beyond);
   /// The lanes of a block whose boxes may meet the cube.
-  std::uint32_t lanes_meeting(std::uint32_t block, const PlacedCube& cube);
-  /// The cells of an octant (Morton order) that the box of one lane of a block may meet.
-  std::uint64_t cells_meeting(std::uint32_t block, int lane, const LocalCells& cells);
+  std::uint32_t lanes_meeting(std::uint32_t block, const LocalCube& cube);
+  /// Which of some cells of an octant (Morton order) the box of one lane of a block may meet.
+  std::uint64_t cells_meeting(std::uint32_t block, int lane, const LocalCells& octant, std::uint64_t cells);
   /// The finest cells of the octant from `first` on.
   LocalCells cells(const Cell& first) const;
-  /// Whether a triangle of a leaf meets the cube.
-  bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
+  /// The triangles of a leaf that may meet the cube; whether one of those does.
+  std::uint32_t triangles_near(std::uint32_t leaf, const LocalCube& cube);
+  bool triangles_meet(std::uint32_t leaf, std::uint32_t near, const PlacedCube& cube) const;
   /// Whether a point of the padded surface lies on the border of the octree or beyond.
   bool reaches_beyond_map() const;
   /// Whether a closed part may enclose a cube inside this one that no triangle meets and that has at least half the
@@ -62,12 +63,13 @@ class PlacedBody {
   const LinkBody& body_;
   const MapGeometry& map_;
   const CollisionKernels& kernels_;
-  double radius_m_, padding_m_ = 0;
+  double radius_m_, cells_per_m_, padding_m_ = 0;
   double rotation_[9], inverse_[9];
   bool inverted_ = false;  // inverse_ and solid_centre_ are this pose's
   Vec3d solid_centre_;
   float rotation_f32_[9], margin_m_ = 0;
-  Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it
+  Vec3d translation_, centre_;     // of the pose; of the mesh, relative to it
+  Vec3d near_cell_, near_cell_m_;  // a finest cell near the pose; its low corner, relative to the translation
   std::uint32_t pose_ = 0;
   std::vector<Slot> block_slots_, leaf_slots_;
   std::vector<PlacedBoxes> blocks_;

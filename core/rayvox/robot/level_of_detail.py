@@ -57,6 +57,12 @@ def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
     return unchanged
 
 
+def added_by(level: LevelOfDetail, original: TriangleMesh, limit_m: float) -> float:
+    """How far the simplified surface reaches from the original one: every point of it lies within so many metres, or
+    the answer is above limit_m."""
+    return _deviation(level.mesh, original, limit_m) + _rounding_m(original)
+
+
 def _collapsed(welded: TriangleMesh, error_m: float) -> TriangleMesh:
     import meshoptimizer
 

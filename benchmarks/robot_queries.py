@@ -4,8 +4,8 @@
 
 Needs the sample data (tests/support/datasets.py), `pip install coal`, g++, libfcl-dev, liboctomap-dev, libeigen3-dev. A
 robot at its zero configuration is one rigid mesh for all. Poses are free, colliding, and nearly touching
-(free, and colliding 1e-6 m further on). Coal (BVHModel<OBB>, break_distance 0) and FCL (the same) run from a C++ driver;
-all take turns, and each has its best pass. Then a panda at configurations, with self-collision.
+(free, and colliding 1e-6 m further on). Coal (BVHModel<OBB>, break_distance 0) and FCL (the same) run from a C++
+driver; all take turns, and each has its best pass. Then a panda at configurations, with self-collision.
 """
 
 from __future__ import annotations

@@ -110,7 +110,6 @@ Triangle PlacedBody::placed_triangle(std::uint32_t position, const Vec3d& origin
   }
   return placed;
 }
-}
 
 std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const LocalCube& cube) {
   const LinkBody::Block& lanes = body_.blocks()[block];

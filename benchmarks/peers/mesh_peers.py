@@ -54,7 +54,8 @@ def build_driver(peer: Peer) -> Path:
     try:
         subprocess.run(command, check=True, capture_output=True, text=True)
     except (FileNotFoundError, subprocess.CalledProcessError) as error:
-        reason = getattr(error, "stderr", str(error)).strip().splitlines()[0]
+        # A compiler that is killed says nothing.
+        reason = (getattr(error, "stderr", "").strip() or str(error)).splitlines()[0]
         raise PeerUnavailableError(
             f"{peer}: install g++, libeigen3-dev, libfcl-dev and liboctomap-dev ({reason})"
         ) from error

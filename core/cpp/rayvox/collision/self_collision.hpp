@@ -18,6 +18,8 @@ class SelfCollision {
   /// links: null for one without geometry. Throws InvalidInput for a pair that names no two links with geometry, and
   /// for hierarchies built differently.
   SelfCollision(std::vector<std::shared_ptr<const KdopBvh>> links, const std::vector<LinkPair>& pairs);
+  SelfCollision(const SelfCollision&) = delete;
+  SelfCollision& operator=(const SelfCollision&) = delete;
 
   /// Whether, with the links placed by `T_map_links` (row-major 4x4, one per link, pose after pose, rigid as
   /// KinematicTree gives them), two links of a pair touch or one encloses the other: a byte a pose. All threads. Throws

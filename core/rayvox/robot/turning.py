@@ -21,7 +21,8 @@ def turned(R_from: FloatArray, R_to: FloatArray, parameter: FloatArray) -> Float
     cross[:, [2, 0, 1], [1, 2, 0]] = unit
     cross[:, [1, 2, 0], [2, 0, 1]] = -unit
     sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
-    return R_from @ (np.eye(3) + sine * cross + versine * (cross @ cross))
+    placed: FloatArray = R_from @ (np.eye(3) + sine * cross + versine * (cross @ cross))
+    return placed
 
 
 def _half_turn(R: FloatArray) -> tuple[FloatArray, FloatArray]:

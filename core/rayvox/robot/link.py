@@ -14,7 +14,7 @@ from rayvox.errors import InvalidInputError
 from rayvox.mesh_io import TriangleMesh
 from rayvox.mesh_io.triangle_mesh import MeshParts
 from rayvox.robot.bounding_capsule import NO_CAPSULE, bounding_capsule
-from rayvox.robot.level_of_detail import added_by, simplified
+from rayvox.robot.level_of_detail import simplified
 
 # Accuracies of the levels of detail: this and its doubles.
 _FINEST_LEVEL_M = 0.0005
@@ -96,8 +96,8 @@ class Link:
 
     def _simplified_body(self, accuracy_m: float) -> LinkBody | None:
         # Half of the accuracy for what the simpler mesh misses, half for what it adds.
-        level = simplified(self.mesh, accuracy_m / 2)
-        if level.mesh is self.mesh or added_by(level, self.mesh, accuracy_m / 2) > accuracy_m / 2 or self.body is None:
+        level = simplified(self.mesh, accuracy_m / 2, accuracy_m / 2)
+        if level.mesh is self.mesh or self.body is None:
             return None
         surface = CollisionMesh(level.mesh.vertices, level.mesh.triangles).bvh()
         return LinkBody(_native.LinkBody(surface.native, self.body), level.error_m)

@@ -93,7 +93,7 @@ def cpp_tests(rest: list[str], folder: str = "tests", *options: str) -> int:
     install("dev")
     print("== C++ tests" if not options else "== C++ tests, ASan + UBSan", flush=True)
     build = ROOT / "build" / folder
-    tools = {"PATH": f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}", "CXX": compiler()}
+    tools = {"PATH": f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}", **compiler_environment()}
     embree = next(VENV.glob("lib/*/site-packages/embreex.libs/libembree4*"), None)
     if embree is not None:
         tools["RAYVOX_EMBREE"] = str(embree)
@@ -123,7 +123,7 @@ def install(extra: str) -> None:
     stamps = {stamp, VENV / "rayvox-dev.stamp"}
     if PYTHON.exists() and any(file.exists() and file.read_text() == wanted for file in stamps):
         return
-    environment = {"CXX": compiler()}
+    environment = compiler_environment()
     headers = Path(sysconfig.get_path("include")) / "Python.h"
     if not headers.exists():
         raise SetUpError(f"Python's C headers are missing ({headers}). Install them, e.g.: apt install python3-dev")
@@ -154,6 +154,14 @@ def make_venv() -> None:
     except SetUpError:
         shutil.rmtree(VENV, ignore_errors=True)
         raise SetUpError("python3 -m venv does not work here. Install it, e.g.: apt install python3-venv") from None
+
+
+def compiler_environment() -> dict[str, str]:
+    """The compiler, behind ccache where that is installed: another clone then compiles only what differs."""
+    environment = {"CXX": compiler()}
+    if (ccache := shutil.which("ccache")) is not None:
+        environment |= {"CMAKE_CXX_COMPILER_LAUNCHER": ccache, "CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}
+    return environment
 
 
 def compiler() -> str:

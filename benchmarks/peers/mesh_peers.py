@@ -33,8 +33,15 @@ def _flags(peer: Peer) -> list[str]:
     if found is None or found.origin is None:
         raise PeerUnavailableError("pip install coal")
     prefix = next(folder for folder in Path(found.origin).parents if folder.name == "cmeel.prefix")
-    libraries = [f"-L{prefix}/lib", "-lcoal", f"-Wl,-rpath,{prefix}/lib"]
-    return ["-std=c++17", "-DWITH_COAL", f"-I{prefix}/include", "-I/usr/include/eigen3", *libraries]
+    libraries = [f"-L{prefix}/lib", "-lcoal", "-loctomap", "-loctomath", f"-Wl,-rpath,{prefix}/lib"]
+    return [
+        "-std=c++17",
+        "-DWITH_COAL",
+        "-DCOAL_HAS_OCTOMAP",
+        f"-I{prefix}/include",
+        "-I/usr/include/eigen3",
+        *libraries,
+    ]
 
 
 def build_driver(peer: Peer) -> Path:
@@ -49,16 +56,24 @@ def build_driver(peer: Peer) -> Path:
     except (FileNotFoundError, subprocess.CalledProcessError) as error:
         # A compiler that is killed says nothing.
         reason = (getattr(error, "stderr", "").strip() or str(error)).splitlines()[0]
-        raise PeerUnavailableError(f"{peer}: install g++, libeigen3-dev and libfcl-dev ({reason})") from error
+        raise PeerUnavailableError(
+            f"{peer}: install g++, libeigen3-dev, libfcl-dev and liboctomap-dev ({reason})"
+        ) from error
     return driver
 
 
 def run_peer(
-    peer: Peer, mesh: Mesh, poses: NDArray[np.float64], repeats: int, second: Mesh | None = None
+    peer: Peer,
+    mesh: Mesh,
+    poses: NDArray[np.float64],
+    repeats: int,
+    second: Mesh | None = None,
+    octomap: Path | None = None,
 ) -> tuple[dict[str, Any], NDArray[np.bool_]]:
     """Build seconds and microseconds a query of each repeat (one thread, OBB, boolean), and the verdicts.
 
-    `second`: what is placed by the poses, by default a copy of the mesh.
+    What is placed by the poses: `second`, by default a copy of the mesh; or the mesh itself among the occupied voxels
+    of `octomap`, a .bt file.
     """
     driver = build_driver(peer)
     with tempfile.TemporaryDirectory() as folder:
@@ -71,6 +86,8 @@ def run_peer(
         if second is not None:
             _write_mesh(Path(folder) / "second", second)
             command.append(str(Path(folder) / "second"))
+        elif octomap is not None:
+            command.append(str(octomap))
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         measured: dict[str, Any] = json.loads(done.stdout)
         return measured, np.fromfile(verdicts, dtype=np.int8).astype(bool)

@@ -1,15 +1,19 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "arrays.hpp"
 #include "named.hpp"
 #include "rayvox/collision/collide.hpp"
 #include "rayvox/collision/kdop_bvh.hpp"
+#include "rayvox/collision/self_collision.hpp"
 #include "rayvox/error.hpp"
 
 namespace rayvox::bindings {
@@ -17,6 +21,8 @@ namespace {
 
 using Release = nb::gil_scoped_release;
 using Indices3 = nb::ndarray<const std::int64_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using IndexPairs = nb::ndarray<const std::int64_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using LinkPoses = nb::ndarray<const double, nb::shape<-1, -1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Matrices4 = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 
 Construction construction_named(const std::string& name) {
@@ -93,6 +99,14 @@ nb::tuple collide_poses(const KdopBvh& a, const KdopBvh& b, const Matrices4& T_a
   return nb::make_tuple(state.release(), contact_rows(result), statistics_rows(result));
 }
 
+std::vector<SelfCollision::LinkPair> link_pairs(const IndexPairs& pairs) {
+  std::vector<SelfCollision::LinkPair> result;
+  for (std::size_t i = 0; i < pairs.shape(0); ++i) {
+    result.emplace_back(static_cast<std::uint32_t>(pairs(i, 0)), static_cast<std::uint32_t>(pairs(i, 1)));
+  }
+  return result;
+}
+
 }  // namespace
 
 void bind_collision(nb::module_& m) {
@@ -122,6 +136,28 @@ void bind_collision(nb::module_& m) {
         nb::sig("def build_kdop_bvh(mesh: CollisionMesh, k: int, axes: NDArray[numpy.float64] | None, "
                 "branching_factor: int, construction: str, slabs: str, traversal: str, leaf_size: int, seed: int) -> "
                 "KdopBvh"));
+  nb::class_<SelfCollision>(m, "SelfCollision")
+      .def(
+          "__init__",
+          [](SelfCollision* self, std::vector<std::shared_ptr<KdopBvh>> links, const IndexPairs& pairs) {
+            new (self) SelfCollision({links.begin(), links.end()}, link_pairs(pairs));
+          },
+          nb::arg("links"), nb::arg("pairs"),
+          nb::sig("def __init__(self, links: list[KdopBvh | None], pairs: NDArray[numpy.int64]) -> None"))
+      .def(
+          "check",
+          [](const SelfCollision& self, const LinkPoses& T_map_links) {
+            std::vector<std::uint8_t> colliding;
+            {
+              Release release;
+              colliding = self.check({T_map_links.data(), T_map_links.size()});
+            }
+            NewArray<std::uint8_t> result(colliding.size());
+            std::copy(colliding.begin(), colliding.end(), result.data());
+            return result.release();
+          },
+          nb::arg("T_map_links"),
+          nb::sig("def check(self, T_map_links: NDArray[numpy.float64]) -> NDArray[numpy.uint8]"));
   m.def("collide", &collide_poses, nb::arg("a"), nb::arg("b"), nb::arg("T_a_b"), nb::arg("contacts"), nb::arg("solids"),
         nb::arg("statistics"),
         nb::sig("def collide(a: KdopBvh, b: KdopBvh, T_a_b: NDArray[numpy.float64], contacts: str, solids: bool, "

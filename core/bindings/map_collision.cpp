@@ -109,7 +109,15 @@ void bind_map_collision(nb::module_& m) {
             Release release;
             new (self) LinkBody(std::move(bvh));
           },
-          nb::arg("bvh"));
+          nb::arg("bvh"))
+      .def(
+          "__init__",
+          [](LinkBody* self, std::shared_ptr<KdopBvh> surface, const LinkBody& detailed) {
+            Release release;
+            new (self) LinkBody(std::move(surface), detailed);
+          },
+          nb::arg("surface"), nb::arg("detailed"))
+      .def_prop_ro("triangle_count", [](const LinkBody& body) { return body.mesh().triangle_count(); });
   m.def("check_poses", &check, nb::arg("map"), nb::arg("bodies"), nb::arg("paddings_m"), nb::arg("T_map_links"),
         nb::arg("unknown_is_occupied"), nb::arg("occupied_log_odds"), nb::arg("contacts"),
         nb::arg("more_padding_m").none() = nb::none(), nb::arg("cancellation").none() = nb::none(),

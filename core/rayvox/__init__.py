@@ -21,7 +21,7 @@ from rayvox.errors import (
 )
 from rayvox.map_snapshot import MapSnapshot
 from rayvox.mesh_io import LoadLimits, TriangleMesh
-from rayvox.motion_check import MotionCheck
+from rayvox.motion_check import MotionCheck, PathCheck
 from rayvox.occupancy_map import ENGINES, Engine, OccupancyMap, PreparedScan
 from rayvox.pinhole_camera import PinholeCamera
 from rayvox.results import ChangeSet, MapStatistics, RayHits, ScanResult, ScanStatistics
@@ -55,6 +55,7 @@ __all__ = [
     "MotionCheck",
     "OccupancyMap",
     "OutOfRangeError",
+    "PathCheck",
     "PinholeCamera",
     "PreparedScan",
     "QueryCancelledError",

@@ -15,7 +15,7 @@ from rayvox._native import CancellationToken
 from rayvox.clearance import Clearance, clearance_of
 from rayvox.errors import InvalidInputError
 from rayvox.map_snapshot import MapSnapshot
-from rayvox.motion_check import MotionCheck, check_motions
+from rayvox.motion_check import MotionCheck, Motions, PathCheck, check_motions, first_of_path
 from rayvox.robot.robot import Robot
 from rayvox.self_collision import self_collisions
 from rayvox.sensor_model import SensorModel
@@ -72,13 +72,16 @@ class CollisionChecker:
     would touch if they were grown by its padding on all sides, which is all that come within the padding, and some at
     corners beyond it.
     occupancy_threshold: probability from which on a voxel is occupied; None is the map's own.
+    accuracy_m: None takes the robot's meshes as they are. A bound lets links be simpler than that, padded by what they
+    miss: still no collision is missed, but a pose may count as colliding that comes within accuracy_m of a voxel along
+    each axis of the map. The simpler meshes are made when they are first asked for, and stay with the robot.
 
     A link collides with a voxel, a closed cube, that touches its surface, or lies inside of a closed part of it. Open
     meshes are surfaces (Robot.links[i].is_closed). No collision is missed, and voxels further away than rounding, some
     1e-14 of the lengths involved, are not touched (DESIGN section 2).
 
     Raises InvalidInputError for another policy, a padding that is not a finite number of at least 0, a threshold
-    outside (0, 1).
+    outside (0, 1), an accuracy that is not a finite number above zero.
     """
 
     def __init__(
@@ -88,6 +91,7 @@ class CollisionChecker:
         unknown: UnknownPolicy = "free",
         padding_m: float | Mapping[str, float] = 0.0,
         occupancy_threshold: float | None = None,
+        accuracy_m: float | None = None,
     ) -> None:
         if unknown not in get_args(UnknownPolicy):
             raise InvalidInputError(f"unknown must be one of {', '.join(get_args(UnknownPolicy))}, got {unknown!r}")
@@ -98,8 +102,11 @@ class CollisionChecker:
             map_snapshot.sensor_model if occupancy_threshold is None else SensorModel(p_occupied=occupancy_threshold)
         )
         self._occupied_log_odds = model.native.occupied_log_odds
-        self._bodies = [link.body for link in robot.links]
-        self._paddings_m = robot.paddings_m(padding_m)
+        bodies = [link.body_within(accuracy_m) for link in robot.links]
+        self._bodies = [body.native for body in bodies]
+        self._paddings_m = [
+            padding + body.error_m for padding, body in zip(robot.paddings_m(padding_m), bodies, strict=True)
+        ]
 
     def check(
         self,
@@ -158,27 +165,53 @@ class CollisionChecker:
 
     def check_motion(
         self,
-        q_from: npt.ArrayLike,
-        q_to: npt.ArrayLike,
+        q_from: npt.ArrayLike | None,
+        q_to: npt.ArrayLike | None,
         T_map_base: npt.ArrayLike | None = None,
+        T_map_base_to: npt.ArrayLike | None = None,
         *,
         tolerance_m: float = 0.005,
         cancellation: CancellationToken | None = None,
     ) -> MotionCheck:
-        """Whether n motions, on which all joints move at constant speed and the base rests, collide anywhere.
+        """Whether n motions, on which all joints and the base move at constant speed, collide anywhere.
 
-        q_from, q_to: (n, j) or (j,), radians and metres; one of either goes with any number of the other. T_map_base:
-        (4, 4) rigid; None is the identity. tolerance_m: the least distance that is told from a collision. A motion is
-        free only if no collision can lie between samples (motion_check.py); one that passes an obstacle closer than
-        the tolerance may be reported as colliding. Links are not tested against each other.
+        q_from, q_to: (n, j) or (j,), radians and metres; None for a robot without joints. T_map_base, T_map_base_to:
+        (n, 4, 4) or (4, 4) rigid; None is the identity, and as T_map_base_to a base that rests. The base's origin moves
+        on a straight line, while it turns about one axis by the smaller angle. One of each goes with any number of the
+        others. tolerance_m: the least distance that is told from a collision. A motion is free only if no collision can
+        lie between samples (motion_check.py); one that passes an obstacle closer than the tolerance may be reported as
+        colliding. Links are not tested against each other.
 
         Raises as check, and InvalidInputError for a tolerance that is not a finite number above zero.
         """
+        motions = Motions.between(self.robot, (q_from, q_to), (T_map_base, T_map_base_to))
+        return self._check_motions(motions, tolerance_m, cancellation)
 
+    def check_path(
+        self,
+        configurations: npt.ArrayLike | None,
+        T_map_base: npt.ArrayLike | None = None,
+        *,
+        tolerance_m: float = 0.005,
+    ) -> PathCheck:
+        """Where a path through m configurations or base poses first collides; from one to the next as check_motion.
+
+        configurations: (m, j), or (j,) if only the base moves; T_map_base: (m, 4, 4), or (4, 4) for a base that rests.
+        Raises InvalidInputError, also for a path of a single waypoint.
+        """
+        whole = Motions.between(self.robot, (configurations, configurations), (T_map_base, T_map_base))
+        if len(whole.q_from) < 2:
+            raise InvalidInputError("a path needs at least two waypoints")
+        q, T = whole.q_from, whole.T_map_base_from
+        return first_of_path(self._check_motions(Motions(q[:-1], q[1:], T[:-1], T[1:]), tolerance_m, None))
+
+    def _check_motions(
+        self, motions: Motions, tolerance_m: float, cancellation: CancellationToken | None
+    ) -> MotionCheck:
         def check(T_map_links: npt.NDArray[np.float64], more_m: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
             return self._ask(T_map_links, "none", more_m, cancellation)[0]
 
-        return check_motions(self.robot, q_from, q_to, T_map_base, tolerance_m, check)
+        return check_motions(self.robot, motions, tolerance_m, check)
 
     def _ask(
         self,

@@ -18,15 +18,12 @@ def self_collisions(
 ) -> npt.NDArray[np.bool_]:
     """Whether, at (n, links, 4, 4) poses, two links touch or enclose each other that must not: (n,) bool.
 
-    A pose that one pair has decided is not asked of the others. Raises QueryCancelledError between two pairs.
+    Pairs are looked at as they come near: bounding spheres, oriented boxes, then the hierarchies. Raises
+    QueryCancelledError if that was asked for before it began.
     """
-    colliding = np.zeros(len(T_map_links), dtype=bool)
-    for pair in robot.self_collision_pairs():
-        if cancellation is not None and cancellation.cancelled:
-            raise QueryCancelledError("the query was cancelled")
-        open_poses = np.flatnonzero(~colliding)
-        colliding[open_poses] = _pair_touches(robot, T_map_links[open_poses], pair)
-    return colliding
+    if cancellation is not None and cancellation.cancelled:
+        raise QueryCancelledError("the query was cancelled")
+    return robot.self_collision.check(T_map_links).astype(bool)
 
 
 def links_touch(robot: Robot, configurations: FloatArray, pairs: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:

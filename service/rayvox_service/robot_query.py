@@ -27,6 +27,7 @@ class RobotQuery(BaseModel):
     unknown: UnknownPolicy | None = Field(default=None, description="the service's setting where it is not said")
     padding_m: PaddingM | dict[str, PaddingM] = 0.0
     occupancy_threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
+    accuracy_m: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
 
     def with_default(self, unknown: UnknownPolicy) -> Self:
         """The query with this policy for unknown space, unless it has one of its own."""

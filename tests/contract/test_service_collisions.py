@@ -96,6 +96,8 @@ def test_verdicts_are_those_of_the_kernel_in_every_form(
     assert wanted.contacts is not None
     assert np.array_equal(got.contacts.centre_m, wanted.contacts.centre_m)
     assert np.array_equal(got.contacts.log_odds, wanted.contacts.log_odds, equal_nan=True)
+    simpler = rayvox.CollisionChecker(snapshot, ARM, unknown, accuracy_m=0.04).check(q, T).verdicts
+    assert np.array_equal(client.check(name, robot, q, T, unknown=unknown, accuracy_m=0.04).verdicts, simpler)
     query = {
         "robot": robot, "unknown": unknown, "padding_m": 0.02, "occupancy_threshold": 0.6, "contacts": "first",
         "configurations": q[:20].tolist(), "T_map_base": T[:20].reshape(-1, 16).tolist(),
@@ -199,6 +201,7 @@ def test_a_query_waits_for_its_revision_or_times_out(client: Client, robot: str)
         {"T_map_base": [[1.0] * 15]},
         {"padding_m": -1},
         {"occupancy_threshold": 1.5},
+        {"accuracy_m": 0},
         {"unknown": "maybe"},
         {"contacts": "some"},
         {"colour": "red"},

@@ -290,6 +290,8 @@ class Client:
             unknown: whether unknown space is passed ("free", the default), or met as verdict 2 ("occupied").
             padding_m: grows every link; or a mapping, the links it names.
             occupancy_threshold: probability from which on a voxel is occupied; None for the map's own.
+            accuracy_m: lets the service take simpler meshes: no collision is missed, but a pose may count as colliding
+                that comes within so many metres of a voxel; None for the meshes as they are.
             self_collision: also say where links touch each other that must not.
             allow, forbid: pairs of link names that may touch each other too, and that may not after all.
             attached: `AttachedObject`s that the robot holds.

@@ -27,6 +27,7 @@ class RobotOptions(TypedDict, total=False):
     unknown: UnknownPolicy
     padding_m: float | Mapping[str, float]
     occupancy_threshold: float | None
+    accuracy_m: float | None
     attached: Sequence[AttachedObject]
     allow: LinkPairs
     forbid: LinkPairs

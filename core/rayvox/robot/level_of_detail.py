@@ -31,12 +31,13 @@ class LevelOfDetail:
     error_m: float
 
 
-def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
+def simplified(mesh: TriangleMesh, error_m: float, added_m: float = math.inf) -> LevelOfDetail:
     """The smallest mesh found whose proven error is at most `error_m`; the mesh itself, with error 0, at worst.
 
     Quadric edge collapse (Garland, Heckbert: Surface simplification using quadric error metrics, SIGGRAPH 1997; by
-    meshoptimizer) proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. Raises
-    InvalidInputError for an error that is not a finite number of at least zero.
+    meshoptimizer) proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. added_m: no point
+    of the simplified surface is further away from the original one. Raises InvalidInputError for an error that is not a
+    finite number of at least zero.
     """
     if not (math.isfinite(error_m) and error_m >= 0):
         raise InvalidInputError(f"error_m = {error_m!r} is not a finite number of at least zero")
@@ -51,7 +52,11 @@ def simplified(mesh: TriangleMesh, error_m: float) -> LevelOfDetail:
     while asked_m > LEAST_SHARE * error_m:
         attempt = _collapsed(welded, asked_m)
         deviation_m = _deviation(welded, attempt, error_m) + _rounding_m(mesh)
-        if deviation_m <= error_m and len(attempt) < len(mesh):
+        if (
+            deviation_m <= error_m
+            and len(attempt) < len(mesh)
+            and (added_m == math.inf or _deviation(attempt, welded, added_m) + _rounding_m(mesh) <= added_m)
+        ):
             return LevelOfDetail(TriangleMesh(attempt.vertices + middle, attempt.triangles).welded(), deviation_m)
         asked_m *= STEP
     return unchanged

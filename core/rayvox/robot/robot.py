@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
+from rayvox import _native
 from rayvox.arrays import as_pose
 from rayvox.errors import InvalidInputError, RobotFormatError
 from rayvox.mesh_io import LoadBudget, LoadLimits, TriangleMesh, decode_mesh, mesh_format_of
@@ -270,6 +272,12 @@ class Robot:
         """(k, 2) indices of links with geometry that must not touch each other."""
         solid = np.array([bool(link.geometries) for link in self.links])
         return np.argwhere(np.triu(~self.allowed_collisions.matrix & solid[:, None] & solid[None, :]))
+
+    @cached_property
+    def self_collision(self) -> _native.SelfCollision:
+        """The query for touching links that the allowed-collision matrix does not allow, made when first asked for."""
+        links = [link.bvh.native if link.bvh is not None else None for link in self.links]
+        return _native.SelfCollision(links, np.ascontiguousarray(self.self_collision_pairs(), dtype=np.int64))
 
     def with_always_touching_allowed(
         self, touches: TouchTest, samples: int = 1000, share: float = 0.95, seed: int = 0

@@ -14,6 +14,9 @@ class Solid {
 
   /// Whether there is a closed component.
   bool exists() const { return !parts_.empty(); }
+  /// The box around the closed components, if there are any, relative to the mesh's centre.
+  const Vec3d& low() const { return box_.low; }
+  const Vec3d& high() const { return box_.high; }
   /// Whether a closed component contains p (relative to the mesh's centre): its surface winds around p, or, where its
   /// triangles are not oriented consistently, a ray from p crosses it an odd number of times.
   bool contains(const Vec3d& p) const;

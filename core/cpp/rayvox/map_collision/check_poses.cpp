@@ -23,24 +23,34 @@ RigidTransform pose_at(std::span<const double> T_map_links, std::size_t pose, st
   }
 }
 
+const CollisionKernels& kernels_of(const MapCheckOptions& options) {
+  return options.kernels ? *options.kernels : collision_kernels();
+}
+
 // One thread's bodies, placed at one pose after the other.
 class Checker {
  public:
   Checker(const MapSnapshot& map, std::span<const MapCheckLink> links, const MapCheckOptions& options)
-      : links_(links), options_(options), descent_(map, options) {
-    const CollisionKernels& kernels = options.kernels ? *options.kernels : collision_kernels();
+      : links_(links), options_(options), descent_(map, options, kernels_of(options)) {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       if (!links[i].body) continue;
-      bodies_.emplace_back(*links[i].body, map.geometry, kernels);
+      bodies_.emplace_back(*links[i].body, map.geometry, kernels_of(options));
+      order_.push_back(link_of_.size());
       link_of_.push_back(i);
     }
   }
 
   MapVerdict check(std::size_t pose, std::span<const double> T_map_links) {
     descent_.start_pose(static_cast<std::uint32_t>(pose));
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      bodies_[i].place(pose_at(T_map_links, pose, link_of_[i], links_.size()), padding_m(pose, link_of_[i]));
-      if (descent_.check_link(bodies_[i], link_of_[i])) break;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      const std::size_t body = order_[i];
+      const std::uint32_t link = link_of_[body];
+      bodies_[body].place(pose_at(T_map_links, pose, link, links_.size()), padding_m(pose, link));
+      if (!descent_.check_link(bodies_[body], link)) continue;
+      // Poses come in sequences: of those that collide, the link that did is asked first the next time.
+      const auto at = order_.begin() + static_cast<std::ptrdiff_t>(i);
+      if (options_.contacts == Contacts::none) std::rotate(order_.begin(), at, at + 1);
+      break;
     }
     return descent_.verdict();
   }
@@ -57,7 +67,8 @@ class Checker {
   const MapCheckOptions& options_;
   OctreeDescent descent_;
   std::vector<PlacedBody> bodies_;
-  std::vector<std::uint32_t> link_of_;
+  std::vector<std::uint32_t> link_of_;  // of bodies
+  std::vector<std::size_t> order_;      // of bodies, as they are asked
 };
 
 bool is_padding(double padding_m) { return padding_m >= 0 && std::isfinite(padding_m); }

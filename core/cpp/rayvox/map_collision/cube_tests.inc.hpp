@@ -2,6 +2,25 @@
 // grow the cube by more than rounding can take. Included once per instruction set, inside its namespace, after its
 // CollisionLanes.
 
+// The cells of an octant in Morton order: each one's steps from the first along x, y and z, and
+// which lie from a step on, and up to one.
+struct OctantLayout {
+  alignas(64) float offset[3][64] = {};
+  std::uint64_t slices_from[3][4] = {}, slices_to[3][4] = {};
+
+  constexpr OctantLayout() {
+    for (int cell = 0; cell < 64; ++cell) {
+      for (int c = 0; c < 3; ++c) {
+        const int step = (cell >> c & 1) + 2 * (cell >> (c + 3) & 1);
+        offset[c][cell] = static_cast<float>(step);
+        for (int i = 0; i <= step; ++i) slices_from[c][i] |= std::uint64_t{1} << cell;
+        for (int i = step; i < 4; ++i) slices_to[c][i] |= std::uint64_t{1} << cell;
+      }
+    }
+  }
+};
+constexpr OctantLayout octant_layout;
+
 template <class L>
 typename L::Float rotated(const float* row, const typename L::Float (&v)[3]) {
   const typename L::Float xy = L::multiply_add(L::broadcast(row[1]), v[1], L::multiply(L::broadcast(row[0]), v[0]));
@@ -64,6 +83,65 @@ unsigned boxes_meeting_cube(const PlacedBoxes& boxes, const LocalCube& cube) {
     meeting |= (~apart & ((1u << L::width) - 1)) << l;
   }
   return meeting;
+}
+
+/// The steps of an octant along one axis whose cells a box may meet: bits of the cells of all of them.
+inline std::uint64_t slices_within(int axis, float low, float high) {
+  // Steps from ceil(low) to floor(high), of -1 to 4.
+  const float from = low > 0 ? low : 0, to = high < 3 ? high : 3;
+  if (!(from <= to)) return 0;
+  const int first = static_cast<int>(from) + (static_cast<float>(static_cast<int>(from)) < from);
+  const int last = static_cast<int>(to);
+  return octant_layout.slices_from[axis][first] & octant_layout.slices_to[axis][last];
+}
+
+/// Which of some cells of an octant (4x4x4, in Morton order) the box of one lane may meet: those that neither the map's
+/// axes nor its own separate from it.
+template <class L>
+std::uint64_t cells_meeting_box(const PlacedBoxes& boxes, int lane, const LocalCells& octant, std::uint64_t cells) {
+  using F = typename L::Float;
+  float d[3];
+  for (int c = 0; c < 3; ++c) {
+    d[c] = octant.first_centre[c] - boxes.centre[c][lane];
+    const float reach = octant.half + boxes.extent[c][lane];
+    cells &= slices_within(c, (-reach - d[c]) * octant.per_edge, (reach - d[c]) * octant.per_edge);
+  }
+  if (!cells) return 0;
+  F start[3], step[3][3], reach[3];
+  for (int j = 0; j < 3; ++j) {
+    float along = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float coordinate = boxes.axis[j][c][lane];
+      along += d[c] * coordinate;
+      step[j][c] = L::broadcast(coordinate * octant.edge);
+    }
+    start[j] = L::broadcast(along);
+    reach[j] = L::broadcast(octant.half * boxes.reach_per_half[j][lane] + boxes.half[j][lane]);
+  }
+  constexpr std::uint64_t lanes = (std::uint64_t{1} << L::width) - 1;
+  for (int l = 0; l < 64; l += L::width) {
+    if (!(cells >> l & lanes)) continue;
+    const F x = L::load(octant_layout.offset[0] + l), y = L::load(octant_layout.offset[1] + l),
+            z = L::load(octant_layout.offset[2] + l);
+    std::uint64_t apart = 0;
+    for (int j = 0; j < 3; ++j) {
+      const F at =
+          L::multiply_add(z, step[j][2], L::multiply_add(y, step[j][1], L::multiply_add(x, step[j][0], start[j])));
+      apart |= L::bits(L::greater(L::abs(at), reach[j]));
+    }
+    cells &= ~(apart << l);
+  }
+  return cells;
+}
+
+/// Which of 64 values are at least `least`.
+template <class L>
+std::uint64_t values_at_least(const float* values, float least) {
+  std::uint64_t bits = 0;
+  for (int l = 0; l < 64; l += L::width) {
+    bits |= std::uint64_t{L::bits(L::not_less(L::load(values + l), L::broadcast(least)))} << l;
+  }
+  return bits;
 }
 
 template <class L>

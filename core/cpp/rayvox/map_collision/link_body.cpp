@@ -6,7 +6,13 @@
 
 namespace rayvox {
 
-LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh) : bvh_(std::move(bvh)), solid_(*bvh_) {
+LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh) : LinkBody(bvh, std::make_shared<const LinkSolid>(bvh)) {}
+
+LinkBody::LinkBody(std::shared_ptr<const KdopBvh> surface, const LinkBody& detailed)
+    : LinkBody(std::move(surface), detailed.solid_) {}
+
+LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh, std::shared_ptr<const LinkSolid> solid)
+    : bvh_(std::move(bvh)), solid_(std::move(solid)) {
   if (bvh_->options().traversal != Traversal::hybrid) {
     throw InvalidInput("a mesh that collides with maps needs a hierarchy for hybrid traversal");
   }

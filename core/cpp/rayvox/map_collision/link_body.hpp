@@ -5,6 +5,7 @@
 
 #include "rayvox/collision/kdop_bvh.hpp"
 #include "rayvox/collision/solid.hpp"
+#include "rayvox/map_collision/interior_grid.hpp"
 #include "rayvox/map_collision/placed_boxes.hpp"
 
 namespace rayvox {
@@ -13,6 +14,16 @@ namespace rayvox {
 struct BoxesOrTriangles {
   std::uint32_t index = 0, lanes = 0;
   bool triangles = false;
+};
+
+/// The closed parts of a mesh and where their inside is. Immutable.
+struct LinkSolid {
+  explicit LinkSolid(std::shared_ptr<const KdopBvh> of)
+      : bvh(std::move(of)), solid(*bvh), interior(bvh->mesh(), solid) {}
+
+  std::shared_ptr<const KdopBvh> bvh;
+  Solid solid;
+  InteriorGrid interior;
 };
 
 /// A rigid mesh's hierarchy as queries against maps traverse it: blocks of up to sixteen oriented boxes, relative to
@@ -33,10 +44,15 @@ class LinkBody {
 
   /// Throws InvalidInput unless the hierarchy is built for hybrid traversal, which has such boxes.
   explicit LinkBody(std::shared_ptr<const KdopBvh> bvh);
+  /// The surface of a simplified mesh, with the inside of `detailed`, in whose frame it is.
+  LinkBody(std::shared_ptr<const KdopBvh> surface, const LinkBody& detailed);
 
   const KdopBvh& bvh() const { return *bvh_; }
   const CollisionMesh& mesh() const { return bvh_->mesh(); }
-  const Solid& solid() const { return solid_; }
+  const Solid& solid() const { return solid_->solid; }
+  const InteriorGrid& interior() const { return solid_->interior; }
+  /// What the points asked of solid() and interior() are relative to.
+  const Vec3d& solid_centre_m() const { return solid_->bvh->mesh().centre_m(); }
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<Leaf>& leaves() const { return leaves_; }
   /// The lanes of a block whose boxes reach further than half_m along their longest axis.
@@ -55,12 +71,13 @@ class LinkBody {
   }
 
  private:
+  LinkBody(std::shared_ptr<const KdopBvh> bvh, std::shared_ptr<const LinkSolid> solid);
   void add_child(Block& block, int lane, std::uint32_t node);
   std::uint32_t add_block(std::uint32_t node);
   std::uint32_t add_leaf(std::uint32_t node);
 
   std::shared_ptr<const KdopBvh> bvh_;
-  Solid solid_;
+  std::shared_ptr<const LinkSolid> solid_;
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
 };

@@ -28,6 +28,7 @@ PlacedBody::PlacedBody(const LinkBody& body, const MapGeometry& map, const Colli
       map_(map),
       kernels_(kernels),
       radius_m_(body.mesh().radius_m()),
+      cells_per_m_(1 / map.resolution_m()),
       block_slots_(body.blocks().size()),
       leaf_slots_(body.leaves().size()) {}
 
@@ -35,9 +36,17 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
   padding_m_ = padding_m;
   std::copy_n(T_map_link.rotation(), 9, rotation_);
   for (int i = 0; i < 9; ++i) rotation_f32_[i] = static_cast<float>(rotation_[i]);
-  invert_rotation(rotation_, inverse_);
+  inverted_ = false;
   translation_ = T_map_link.translation();
   centre_ = turned(body_.mesh().centre_m());
+  // Voxels are placed by their steps from one near the pose, which is placed with one rounding: a map far from its
+  // origin is as exact as one at it.
+  for (int c = 0; c < 3; ++c) {
+    const double most = 2.0 * map_.half_extent();
+    near_cell_[c] =
+        static_cast<double>(static_cast<std::int64_t>(std::clamp(translation_[c] * cells_per_m_, -most, most)));
+    near_cell_m_[c] = std::fma(near_cell_[c], map_.resolution_m(), -translation_[c]);
+  }
   const double deviation = deviation_from_rotation(rotation_);
   margin_m_ = static_cast<float>((margin_of_size + 4 * deviation) * radius_m_ + least_margin_m +
                                  rounding_of_placement * norm(centre_));
@@ -49,12 +58,12 @@ void PlacedBody::place(const RigidTransform& T_map_link, double padding_m) {
 Vec3d PlacedBody::turned(const Vec3d& p) const { return product(rotation_, p); }
 
 PlacedCube PlacedBody::cube(const Cell& first, int level) const {
-  const double half_cells = std::ldexp(0.5, level), r = map_.resolution_m();
+  const double half_cells = 0.5 * static_cast<double>(std::int64_t{1} << level), r = map_.resolution_m();
   PlacedCube cube;
   cube.half = half_cells * r + padding_m_;
   for (int c = 0; c < 3; ++c) {
-    // One rounding, so that a map far from its origin is as exact as one at it.
-    cube.centre[c] = std::fma(first[static_cast<std::size_t>(c)] + half_cells, r, -translation_[c]);
+    const double cells = first[static_cast<std::size_t>(c)] - near_cell_[c] + half_cells;
+    cube.centre[c] = near_cell_m_[c] + cells * r;
     cube.local.centre[c] = static_cast<float>(cube.centre[c] - centre_[c]);
   }
   cube.local.half = static_cast<float>(cube.half * (1 + margin_of_size)) + margin_m_;
@@ -102,19 +111,32 @@ Triangle PlacedBody::placed_triangle(std::uint32_t position, const Vec3d& origin
   return placed;
 }
 
-std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const PlacedCube& cube) {
+std::uint32_t PlacedBody::lanes_meeting(std::uint32_t block, const LocalCube& cube) {
   const LinkBody::Block& lanes = body_.blocks()[block];
-  return kernels_.boxes_meeting_cube(placed_block(block), cube.local) &
+  return kernels_.boxes_meeting_cube(placed_block(block), cube) &
          static_cast<std::uint32_t>(lanes.inner | lanes.leaves);
 }
 
-bool PlacedBody::leaf_meets(std::uint32_t index, const PlacedCube& cube) {
+LocalCells PlacedBody::cells(const Cell& first) const {
+  const LocalCube cube = this->cube(first, 0).local;
+  const auto edge = static_cast<float>(map_.resolution_m());
+  return {{cube.centre[0], cube.centre[1], cube.centre[2]}, edge, cube.half, 1 / edge};
+}
+
+std::uint64_t PlacedBody::cells_meeting(std::uint32_t block, int lane, const LocalCells& octant, std::uint64_t cells) {
+  return kernels_.cells_meeting_box(placed_block(block), lane, octant, cells);
+}
+
+std::uint32_t PlacedBody::triangles_near(std::uint32_t index, const LocalCube& cube) {
   const LinkBody::Leaf& leaf = body_.leaves()[index];
-  unsigned lanes = kernels_.triangles_meeting_cube(placed_leaf(index), cube.local) & ((1u << leaf.count) - 1);
-  for (; lanes; lanes &= lanes - 1) {
+  return kernels_.triangles_meeting_cube(placed_leaf(index), cube) & ((1u << leaf.count) - 1);
+}
+
+bool PlacedBody::triangles_meet(std::uint32_t leaf, std::uint32_t near, const PlacedCube& cube) const {
+  for (; near; near &= near - 1) {
     double size = 0;
-    const Triangle placed =
-        placed_triangle(leaf.first + static_cast<std::uint32_t>(__builtin_ctz(lanes)), cube.centre, size);
+    const Triangle placed = placed_triangle(
+        body_.leaves()[leaf].first + static_cast<std::uint32_t>(__builtin_ctz(near)), cube.centre, size);
     if (triangle_meets_cube(placed, cube.half + rounding_of_placement * size)) return true;
   }
   return false;
@@ -164,14 +186,14 @@ std::pair<Vec3d, Vec3d> PlacedBody::bounds() {
 }
 
 CellBox PlacedBody::cells_in_reach(bool& may_reach_beyond) {
-  const PlacedBoxes* root = &placed_block(0);
+  const PlacedBoxes& root = placed_block(0);
   const double half_extent = map_.half_extent(), r = map_.resolution_m();
   CellBox box{};
   may_reach_beyond = false;
   for (int c = 0; c < 3; ++c) {
-    const double middle = translation_[c] + centre_[c] + static_cast<double>(root->centre[c][0]);
+    const double middle = translation_[c] + centre_[c] + static_cast<double>(root.centre[c][0]);
     // Voxels that are only touched count, and what lies a rounding error away may be touched.
-    const double extent = static_cast<double>(root->extent[c][0]) * (1 + margin_of_size) + padding_m_ +
+    const double extent = static_cast<double>(root.extent[c][0]) * (1 + margin_of_size) + padding_m_ +
                           1e-14 * std::abs(middle) + 1e-9 * r;
     const double low = (middle - extent) / r, high = (middle + extent) / r;
     may_reach_beyond |= low <= -half_extent || high >= half_extent;
@@ -218,8 +240,28 @@ Separation PlacedBody::distance_to_border(double within) const {
   return nearest;
 }
 
-bool PlacedBody::encloses(const PlacedCube& cube) const {
-  return body_.solid().contains(product(inverse_, cube.centre - centre_));
+Vec3d PlacedBody::in_solid(const Vec3d& p) {
+  if (!inverted_) {
+    invert_rotation(rotation_, inverse_);
+    solid_centre_ = turned(body_.solid_centre_m());
+    inverted_ = true;
+  }
+  return product(inverse_, p - solid_centre_);
+}
+
+bool PlacedBody::may_enclose_any(const PlacedCube& cube) {
+  // No corner of the cube is further away along any axis than a corner along its diagonal.
+  constexpr double diagonal = 1.7320509;
+  return body_.interior().may_hold_inside(in_solid(cube.centre), cube.half * diagonal, 0.5 * map_.resolution_m());
+}
+
+bool PlacedBody::encloses(const PlacedCube& cube) {
+  const Vec3d p = in_solid(cube.centre);
+  switch (body_.interior().side(p, cube.half)) {
+    case InteriorGrid::Side::inside: return true;
+    case InteriorGrid::Side::outside: return false;
+    default: return body_.solid().contains(p);
+  }
 }
 
 }  // namespace rayvox

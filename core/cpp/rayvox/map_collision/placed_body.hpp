@@ -35,9 +35,14 @@ class PlacedBody {
   /// All cells that the padded body may touch, clipped to the octree; whether it may touch what lies beyond.
   CellBox cells_in_reach(bool& may_reach_beyond);
   /// The lanes of a block whose boxes may meet the cube.
-  std::uint32_t lanes_meeting(std::uint32_t block, const PlacedCube& cube);
-  /// Whether a triangle of a leaf meets the cube.
-  bool leaf_meets(std::uint32_t leaf, const PlacedCube& cube);
+  std::uint32_t lanes_meeting(std::uint32_t block, const LocalCube& cube);
+  /// Which of some cells of an octant (Morton order) the box of one lane of a block may meet.
+  std::uint64_t cells_meeting(std::uint32_t block, int lane, const LocalCells& octant, std::uint64_t cells);
+  /// The finest cells of the octant from `first` on.
+  LocalCells cells(const Cell& first) const;
+  /// The triangles of a leaf that may meet the cube; whether one of those does.
+  std::uint32_t triangles_near(std::uint32_t leaf, const LocalCube& cube);
+  bool triangles_meet(std::uint32_t leaf, std::uint32_t near, const PlacedCube& cube) const;
 
   /// Lower bounds of squared distances below `limit`, of a block's boxes or a leaf's triangles from the cube, or from
   /// its octants. Times scale_of_squares() they bound the true distances, for all that float32 and the pose take.
@@ -54,8 +59,11 @@ class PlacedBody {
   Separation distance_to_border(double within) const;
   /// Whether a point of the padded surface lies on the border of the octree or beyond.
   bool reaches_beyond_map() const;
+  /// Whether a closed part may enclose a cube inside this one that no triangle meets and that has at least half the
+  /// edge of a finest cell.
+  bool may_enclose_any(const PlacedCube& cube);
   /// Whether the centre of a cube that no triangle meets, and so all of it, is inside a closed part.
-  bool encloses(const PlacedCube& cube) const;
+  bool encloses(const PlacedCube& cube);
 
  private:
   struct Slot {
@@ -64,18 +72,23 @@ class PlacedBody {
   template <class T>
   static bool fetch(std::vector<Slot>& slots, std::vector<T>& pool, std::size_t& used, std::uint32_t pose,
                     std::uint32_t index, T*& out);
-  Vec3d turned(const Vec3d& p) const;
   PlacedBoxes& placed_block(std::uint32_t block);
+  Vec3d turned(const Vec3d& p) const;
   TriangleBlock& placed_leaf(std::uint32_t leaf);
   Triangle placed_triangle(std::uint32_t position, const Vec3d& origin, double& size) const;
+  // A point relative to the pose's translation, in the frame of the body's solid.
+  Vec3d in_solid(const Vec3d& p);
 
   const LinkBody& body_;
   const MapGeometry& map_;
   const CollisionKernels& kernels_;
-  double radius_m_, padding_m_ = 0;
+  double radius_m_, cells_per_m_, padding_m_ = 0;
   double rotation_[9], inverse_[9];
+  bool inverted_ = false;  // inverse_ and solid_centre_ are this pose's
+  Vec3d solid_centre_;
   float rotation_f32_[9], margin_m_ = 0, scale_of_squares_ = 1;
-  Vec3d translation_, centre_;  // of the pose; of the mesh, relative to it
+  Vec3d translation_, centre_;     // of the pose; of the mesh, relative to it
+  Vec3d near_cell_, near_cell_m_;  // a finest cell near the pose; its low corner, relative to the translation
   std::uint32_t pose_ = 0;
   std::vector<Slot> block_slots_, leaf_slots_;
   std::vector<PlacedBoxes> blocks_;

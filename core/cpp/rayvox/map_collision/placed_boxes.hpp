@@ -46,4 +46,21 @@ struct NearLanes {
   std::uint32_t lanes;
 };
 
+/// The 4x4x4 finest cells of an octant, relative to the mesh's placed centre; `half`, of each, is grown like
+/// LocalCube's.
+struct LocalCells {
+  float first_centre[3];
+  float edge, half;
+  float per_edge;  // 1 / edge
+
+  /// One of them, by its Morton code.
+  LocalCube cube(int cell) const {
+    LocalCube cube{{}, half};
+    for (int c = 0; c < 3; ++c) {
+      cube.centre[c] = first_centre[c] + static_cast<float>((cell >> c & 1) + 2 * (cell >> (c + 3) & 1)) * edge;
+    }
+    return cube;
+  }
+};
+
 }  // namespace rayvox

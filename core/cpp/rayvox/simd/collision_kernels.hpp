@@ -72,6 +72,8 @@ struct CollisionKernels {
   // A mesh against voxels (map_collision/cube_tests.inc.hpp).
   void (*place_boxes)(const BoxBlock&, const float* rotation, float margin_m, PlacedBoxes&);
   unsigned (*boxes_meeting_cube)(const PlacedBoxes&, const LocalCube&);
+  std::uint64_t (*cells_meeting_box)(const PlacedBoxes&, int lane, const LocalCells&, std::uint64_t cells);
+  std::uint64_t (*values_at_least)(const float* values, float least);
   void (*place_triangles)(const TriangleBlock&, const float* rotation, TriangleBlock&);
   unsigned (*triangles_meeting_cube)(const TriangleBlock&, const LocalCube&);
   // And its distance from them (map_collision/cube_gaps.inc.hpp).

@@ -27,6 +27,8 @@ const CollisionKernels collision_table{
     .nearest_prototypes = nearest_prototypes<CollisionLanes>,
     .place_boxes = place_boxes<CollisionLanes>,
     .boxes_meeting_cube = boxes_meeting_cube<CollisionLanes>,
+    .cells_meeting_box = cells_meeting_box<CollisionLanes>,
+    .values_at_least = values_at_least<CollisionLanes>,
     .place_triangles = place_triangles<CollisionLanes>,
     .triangles_meeting_cube = triangles_meeting_cube<CollisionLanes>,
     .boxes_near_cube = boxes_near_cube<CollisionLanes>,

@@ -35,9 +35,9 @@ def simplified(mesh: TriangleMesh, error_m: float, added_m: float = math.inf) ->
     """The smallest mesh found whose proven error is at most `error_m`; the mesh itself, with error 0, at worst.
 
     Quadric edge collapse (Garland, Heckbert: Surface simplification using quadric error metrics, SIGGRAPH 1997; by
-    meshoptimizer) proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. added_m: no point
-    of the simplified surface is further away from the original one. Raises InvalidInputError for an error that is not a
-    finite number of at least zero.
+    meshoptimizer) proposes meshes of ever fewer triangles, the kernel's surface_deviation proves each. added_m: no
+    point of the simplified surface is further away from the original one. Raises InvalidInputError for an error that is
+    not a finite number of at least zero.
     """
     if not (math.isfinite(error_m) and error_m >= 0):
         raise InvalidInputError(f"error_m = {error_m!r} is not a finite number of at least zero")

@@ -44,7 +44,7 @@ class Placed:
         self.collides = np.array(gap) <= 0
         self.decided = np.abs(gap) > 1e-12 * max(1.0, voxel_m / size_m)
         share = self.collides[self.decided].mean()
-        assert 0.1 < share < 0.9, share
+        assert 0.05 < share < 0.95, share
 
     def wrong(self, verdicts: NDArray[np.bool_]) -> int:
         return int((verdicts != self.collides)[self.decided].sum())

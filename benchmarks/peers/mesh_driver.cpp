@@ -162,12 +162,15 @@ int main(int count, char** arguments) {
   const auto unused = build<ObbRss>(mesh);
   const double build_obbrss = seconds_since(start_rss);
   const auto start_obb = std::chrono::steady_clock::now();
-  const auto moved = build<Obb>(mesh);
+  const auto first = build<Obb>(mesh);
   const double build_obb = seconds_since(start_obb);
   std::vector<char> verdicts(poses.size());
   const int repeats = std::atoi(arguments[4]);
-  const std::string passes = count > 5 ? timed_queries(read_map(arguments[5]), *moved, poses, repeats, verdicts)
-                                       : timed_queries(*build<Obb>(mesh), *moved, poses, repeats, verdicts);
+  const std::string other = count > 5 ? arguments[5] : arguments[1];
+  const bool is_map = other.size() > 3 && other.compare(other.size() - 3, 3, ".bt") == 0;
+  const std::string passes =
+      is_map ? timed_queries(read_map(other.c_str()), *first, poses, repeats, verdicts)
+             : timed_queries(*first, *build<Obb>(Mesh(other.c_str())), poses, repeats, verdicts);
   std::ofstream(arguments[3], std::ios::binary).write(verdicts.data(), static_cast<std::streamsize>(verdicts.size()));
   std::printf("{\"build_obbrss_s\": %.6f, \"build_obb_s\": %.6f, \"query_us\": [%s]}\n", build_obbrss, build_obb,
               passes.c_str());

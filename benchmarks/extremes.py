@@ -38,9 +38,7 @@ def measured(case: Case, with_peers: bool) -> Row:
         "topic": case.topic,
         "case": case.name,
         "must_hold": case.must_hold,
-        "checked": outcome.checked,
-        "wrong": outcome.wrong,
-        "worst_error": outcome.worst_error,
+        **_numbers(outcome),
         "bound": case.bound,
         "unit": case.unit,
         "holds": holds(case, outcome),
@@ -49,9 +47,12 @@ def measured(case: Case, with_peers: bool) -> Row:
 
 
 def _peer_row(outcome: PeerOutcome) -> Row | str:
-    if isinstance(outcome, str):
-        return outcome
-    return {"checked": outcome.checked, "wrong": outcome.wrong, "worst_error": outcome.worst_error}
+    return outcome if isinstance(outcome, str) else _numbers(outcome)
+
+
+def _numbers(outcome: Outcome) -> Row:
+    # JSON takes none of numpy's types.
+    return {"checked": int(outcome.checked), "wrong": int(outcome.wrong), "worst_error": float(outcome.worst_error)}
 
 
 def failures_with(instruction_set: str) -> Outcome | None:

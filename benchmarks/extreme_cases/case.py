@@ -36,4 +36,4 @@ class Case:
 
 def holds(case: Case, outcome: Outcome) -> bool:
     """Whether nothing is wrong and no error exceeds the bound (NaN does)."""
-    return outcome.checked > 0 and outcome.wrong == 0 and outcome.worst_error <= case.bound
+    return bool(outcome.checked > 0 and outcome.wrong == 0 and outcome.worst_error <= case.bound)

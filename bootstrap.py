@@ -159,7 +159,8 @@ def make_venv() -> None:
 def compiler_environment() -> dict[str, str]:
     """The compiler, behind ccache where that is installed: another clone then compiles only what differs."""
     environment = {"CXX": compiler()}
-    if (ccache := shutil.which("ccache")) is not None:
+    ccache = shutil.which("ccache")
+    if ccache is not None:
         environment |= {"CMAKE_CXX_COMPILER_LAUNCHER": ccache, "CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}
     return environment
 

@@ -39,4 +39,5 @@ class RobotQuery(BaseModel):
 
     def checker(self, snapshot: MapSnapshot, robot: Robot) -> CollisionChecker:
         """Raises rayvox.InvalidInputError."""
-        return CollisionChecker(snapshot, robot, self.unknown or "free", self.padding_m, self.occupancy_threshold)
+        unknown = self.unknown or "free"
+        return CollisionChecker(snapshot, robot, unknown, self.padding_m, self.occupancy_threshold, self.accuracy_m)

@@ -191,7 +191,7 @@ class LoopbackService:
         name = str(wanted.pop("name"))
         if name in self.settings:
             return 409, PROBLEM, problem("map-exists", 409, f"{name!r} exists")
-        self.settings[name] = {"sensor_model": SENSOR_MODEL, **wanted}
+        self.settings[name] = {"depth": 16, "sensor_model": SENSOR_MODEL, **wanted}
         self.scans[name] = {}
         return 201, JSON, json.dumps(self.info(name)).encode()
 

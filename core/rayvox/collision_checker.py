@@ -132,14 +132,15 @@ class CollisionChecker:
         QueryCancelledError.
         """
         T_map_links = self.robot.link_poses(configurations, T_map_base)
-        verdicts, rows, log_odds = self._ask(T_map_links, contacts, None, cancellation)
-        return CollisionCheck(
-            verdicts,
-            self.map_snapshot.revision,
-            None if contacts == "none" else self._voxels(rows, log_odds),
-            self_collisions(self.robot, T_map_links, cancellation) if self_collision else None,
-            None if max_clearance_m is None else self._measure(T_map_links, max_clearance_m, cancellation),
-        )
+        clearance = None if max_clearance_m is None else self._measure(T_map_links, max_clearance_m, cancellation)
+        voxels = None
+        if clearance is not None and contacts == "none":
+            verdicts = clearance.verdicts  # measuring begins with them
+        else:
+            verdicts, rows, log_odds = self._ask(T_map_links, contacts, None, cancellation)
+            voxels = None if contacts == "none" else self._voxels(rows, log_odds)
+        colliding = self_collisions(self.robot, T_map_links, cancellation) if self_collision else None
+        return CollisionCheck(verdicts, self.map_snapshot.revision, voxels, colliding, clearance)
 
     def clearance(
         self,

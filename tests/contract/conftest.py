@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Iterator
 
 import pytest
+from rayvox_client import Client
 
 from tests.support.service_process import ServiceProcess, create_map
 
@@ -23,3 +24,8 @@ def lab(service: ServiceProcess) -> str:
     name = f"lab-{next(_numbers)}"
     create_map(service.http, name)
     return name
+
+
+@pytest.fixture
+def client(service: ServiceProcess) -> Client:
+    return Client(str(service.http.base_url))

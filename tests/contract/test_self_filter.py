@@ -44,11 +44,6 @@ def put_arm(service: ServiceProcess, name: str = "arm-sees-itself") -> str:
     return name
 
 
-@pytest.fixture
-def client(service: ServiceProcess) -> Client:
-    return Client(str(service.http.base_url))
-
-
 def sensor_pose() -> NDArray[np.float64]:
     base: NDArray[np.float64] = ARM.link_poses(Q)[0, ARM.link_index("column")] @ MOUNTED
     return base

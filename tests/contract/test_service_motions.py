@@ -27,11 +27,6 @@ def robot(service: ServiceProcess) -> str:
 
 
 @pytest.fixture
-def client(service: ServiceProcess) -> Client:
-    return Client(str(service.http.base_url))
-
-
-@pytest.fixture
 def room(client: Client) -> str:
     name = f"moved-{next(_numbers)}"
     client.create_map(name, resolution_m=0.1)

@@ -120,7 +120,7 @@ def measure(name: str, octomap: Path, repeats: int) -> list[dict[str, object]]:
         theirs = {}
         for peer in PEERS:
             given = Mesh(name, mesh.vertices, mesh.triangles.astype(np.int64))
-            measured, hits = run_peer(peer, given, poses, repeats, octomap)
+            measured, hits = run_peer(peer, given, poses, repeats, octomap=octomap)
             theirs[peer] = min(measured["query_us"])
             row[f"{peer} differs"] = int((hits != (kind == "colliding")).sum())
         ours = min(ours, best_us(checker, poses, repeats))

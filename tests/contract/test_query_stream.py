@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rayvox
 from numpy.typing import NDArray
 from rayvox_client import (
     AsyncClient,
@@ -25,26 +23,9 @@ from rayvox_service.frame import UNLIMITED, Frame, decode_frame, encode_frame
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from tests.support.arm_in_room import ARM, ROOM_POINTS
 from tests.support.robots import arm_archive
 from tests.support.service_process import ServiceProcess
-
-ARM = rayvox.Robot.from_archive(arm_archive())
-POINTS = np.random.default_rng(0).normal(0, 1, (400, 3))
-_numbers = itertools.count()
-
-
-@pytest.fixture(scope="module")
-def robot(service: ServiceProcess) -> str:
-    service.http.put("/v1/robots/arm-asks", content=arm_archive(), headers={"content-type": "application/zip"})
-    return "arm-asks"
-
-
-@pytest.fixture
-def room(client: Client) -> str:
-    name = f"asked-{next(_numbers)}"
-    client.create_map(name, resolution_m=0.1)
-    client.insert_scan(name, POINTS)
-    return name
 
 
 def configurations(count: int, seed: int = 1) -> NDArray[np.float64]:
@@ -129,18 +110,18 @@ def test_a_question_waits_for_its_revision_or_times_out(service: ServiceProcess,
         error = json.loads(socket.recv())
         assert (error["type"], error["problem"]["status"]) == ("error", 504)
         socket.send(encode_frame("points", {"min_revision": 2}, {"points": np.zeros((1, 3))}))
-        client.insert_scan(room, POINTS)
+        client.insert_scan(room, ROOM_POINTS)
         assert answer(socket).fields["revision"] == 2
 
 
 def test_points_boxes_and_rays_can_be_asked_too_and_nonsense_is_an_error(service: ServiceProcess, room: str) -> None:
     with raw_connection(service, room) as socket:
-        socket.send(encode_frame("points", {}, {"points": POINTS}))
-        socket.send(encode_frame("rays", {"max_range_m": 5.0}, {"origins": 0 * POINTS, "directions": POINTS}))
+        socket.send(encode_frame("points", {}, {"points": ROOM_POINTS}))
+        socket.send(encode_frame("rays", {"max_range_m": 5.0}, {"origins": 0 * ROOM_POINTS, "directions": ROOM_POINTS}))
         socket.send(b"nonsense")
-        socket.send(encode_frame("scan", {}, {"points": POINTS}))
+        socket.send(encode_frame("scan", {}, {"points": ROOM_POINTS}))
         socket.send("text")
-        socket.send(encode_frame("boxes", {}, {"lo": POINTS - 0.1, "hi": POINTS + 0.1}))
+        socket.send(encode_frame("boxes", {}, {"lo": ROOM_POINTS - 0.1, "hi": ROOM_POINTS + 0.1}))
         states = answer(socket)
         assert (states.kind, len(states.array("states"))) == ("occupancy", 400)
         assert answer(socket).kind == "hits"
@@ -190,7 +171,7 @@ def test_a_broken_connection_is_opened_again_and_asked_again(tmp_path: Path) -> 
         client = Client(first.await_ready().url)
         first.http.put("/v1/robots/arm", content=arm_archive(), headers={"content-type": "application/zip"})
         client.create_map("lab", resolution_m=0.1)
-        client.insert_scan("lab", POINTS)
+        client.insert_scan("lab", ROOM_POINTS)
         queries = client.open_queries("lab")
         wanted = queries.check("arm", q).verdicts
         pending = queries.send_check("arm", q)

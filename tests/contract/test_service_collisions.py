@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import math
 from typing import Any, Literal
 
@@ -22,40 +21,11 @@ from rayvox_client import (
 )
 from rayvox_service.frame import encode_frame
 
-from tests.support.robots import arm_archive
+from tests.support.arm_in_room import ARM
 from tests.support.service_process import ServiceProcess, assert_problem
 
 FRAME_HEADERS = {"content-type": "application/vnd.rayvox.frame"}
-ARM = rayvox.Robot.from_archive(arm_archive())
-_numbers = itertools.count()
 Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
-
-
-@pytest.fixture(scope="module")
-def robot(service: ServiceProcess) -> str:
-    answer = service.http.put(
-        "/v1/robots/arm-collides", content=arm_archive(), headers={"content-type": "application/zip"}
-    )
-    assert answer.status_code == 201, answer.text
-    return "arm-collides"
-
-
-@pytest.fixture
-def client(service: ServiceProcess) -> Client:
-    return Client(
-        str(service.http.base_url), service.http.headers.get("authorization", "").removeprefix("Bearer ") or None
-    )
-
-
-@pytest.fixture
-def room(client: Client) -> tuple[str, rayvox.MapSnapshot]:
-    name = f"room-{next(_numbers)}"
-    points = np.random.default_rng(0).normal(0, 1, (400, 3))
-    client.create_map(name, resolution_m=0.1)
-    client.insert_scan(name, points)
-    local = rayvox.OccupancyMap(0.1)
-    local.insert_scan(points)
-    return name, local.snapshot()
 
 
 def poses(count: int) -> Poses:
@@ -74,16 +44,16 @@ def test_verdicts_are_those_of_the_kernel_in_every_form(
     service: ServiceProcess,
     client: Client,
     robot: str,
-    room: tuple[str, rayvox.MapSnapshot],
+    room: str,
+    snapshot: rayvox.MapSnapshot,
     unknown: Literal["free", "occupied"],
 ) -> None:
-    name, snapshot = room
     q, T = poses(2000)
     wanted = rayvox.CollisionChecker(snapshot, ARM, unknown, 0.02, 0.6).check(
         q, T, contacts="first", self_collision=True
     )
     got = client.check(
-        name, robot, q, T, unknown=unknown, padding_m=0.02, occupancy_threshold=0.6, self_collision=True,
+        room, robot, q, T, unknown=unknown, padding_m=0.02, occupancy_threshold=0.6, self_collision=True,
         contacts="first",
     )  # fmt: skip
     assert got.revision == wanted.revision == 1
@@ -97,12 +67,12 @@ def test_verdicts_are_those_of_the_kernel_in_every_form(
     assert np.array_equal(got.contacts.centre_m, wanted.contacts.centre_m)
     assert np.array_equal(got.contacts.log_odds, wanted.contacts.log_odds, equal_nan=True)
     simpler = rayvox.CollisionChecker(snapshot, ARM, unknown, accuracy_m=0.04).check(q, T).verdicts
-    assert np.array_equal(client.check(name, robot, q, T, unknown=unknown, accuracy_m=0.04).verdicts, simpler)
+    assert np.array_equal(client.check(room, robot, q, T, unknown=unknown, accuracy_m=0.04).verdicts, simpler)
     query = {
         "robot": robot, "unknown": unknown, "padding_m": 0.02, "occupancy_threshold": 0.6, "contacts": "first",
         "configurations": q[:20].tolist(), "T_map_base": T[:20].reshape(-1, 16).tolist(),
     }  # fmt: skip
-    answer = service.http.post(f"/v1/maps/{name}/collisions", json=query).json()
+    answer = service.http.post(f"/v1/maps/{room}/collisions", json=query).json()
     assert answer["verdicts"] == wanted.verdicts[:20].tolist()
     assert [c["pose"] for c in answer["contacts"]] == wanted.contacts.pose[wanted.contacts.pose < 20].tolist()
     first = answer["contacts"][0]
@@ -115,14 +85,14 @@ def test_clearances_are_those_of_the_kernel_in_every_form(
     service: ServiceProcess,
     client: Client,
     robot: str,
-    room: tuple[str, rayvox.MapSnapshot],
+    room: str,
+    snapshot: rayvox.MapSnapshot,
     unknown: Literal["free", "occupied"],
 ) -> None:
-    name, snapshot = room
     q, T = poses(300)
     wanted = rayvox.CollisionChecker(snapshot, ARM, unknown, 0.02, 0.6).clearance(q, T, max_clearance_m=0.3)
     got = client.clearance(
-        name, robot, q, T, max_clearance_m=0.3, unknown=unknown, padding_m=0.02, occupancy_threshold=0.6
+        room, robot, q, T, max_clearance_m=0.3, unknown=unknown, padding_m=0.02, occupancy_threshold=0.6
     )
     for column in ("verdicts", "clearance_m", "is_lower_bound", "direction", "link", "point_m", "voxel_centre_m"):
         assert np.array_equal(getattr(got, column), getattr(wanted, column), equal_nan=True), column
@@ -134,7 +104,7 @@ def test_clearances_are_those_of_the_kernel_in_every_form(
         "robot": robot, "unknown": unknown, "padding_m": 0.02, "occupancy_threshold": 0.6, "clearance_m": 0.3,
         "configurations": q[:40].tolist(), "T_map_base": T[:40].reshape(-1, 16).tolist(),
     }  # fmt: skip
-    answer = service.http.post(f"/v1/maps/{name}/collisions", json=query).json()
+    answer = service.http.post(f"/v1/maps/{room}/collisions", json=query).json()
     assert answer["verdicts"] == wanted.verdicts[:40].tolist()
     for i, record in enumerate(answer["clearances"]):
         assert record["clearance_m"] == wanted.clearance_m[i]
@@ -147,39 +117,33 @@ def test_clearances_are_those_of_the_kernel_in_every_form(
 
 @pytest.mark.parametrize("bound", [0.0, -1.0, "far"])
 def test_bounds_of_clearance_that_cannot_be_are_refused(
-    service: ServiceProcess, client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot], bound: object
+    service: ServiceProcess, client: Client, robot: str, room: str, bound: object
 ) -> None:
     query = {"robot": robot, "clearance_m": bound, "configurations": [ARM.configuration().tolist()]}
-    assert_problem(service.http.post(f"/v1/maps/{room[0]}/collisions", json=query), 422, "invalid-input")
+    assert_problem(service.http.post(f"/v1/maps/{room}/collisions", json=query), 422, "invalid-input")
     if isinstance(bound, float):
         with pytest.raises(InvalidInputError):
-            client.clearance(room[0], robot, ARM.configuration(), max_clearance_m=bound)
+            client.clearance(room, robot, ARM.configuration(), max_clearance_m=bound)
 
 
-def test_the_async_client_answers_alike(
-    service: ServiceProcess, client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot]
-) -> None:
-    name, _ = room
+def test_the_async_client_answers_alike(service: ServiceProcess, client: Client, robot: str, room: str) -> None:
     q, T = poses(100)
 
     async def ask() -> NDArray[np.uint8]:
         key = service.http.headers.get("authorization", "").removeprefix("Bearer ") or None
         async with AsyncClient(str(service.http.base_url), key) as opened:
-            return (await opened.check(name, robot, q, T)).verdicts
+            return (await opened.check(room, robot, q, T)).verdicts
 
-    assert np.array_equal(asyncio.run(ask()), client.check(name, robot, q, T).verdicts)
+    assert np.array_equal(asyncio.run(ask()), client.check(room, robot, q, T).verdicts)
 
 
-def test_one_configuration_goes_with_many_bases_and_the_other_way_round(
-    client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot]
-) -> None:
-    name, _ = room
+def test_one_configuration_goes_with_many_bases_and_the_other_way_round(client: Client, robot: str, room: str) -> None:
     q, T = poses(30)
-    assert len(client.check(name, robot, q[0], T).verdicts) == 30
-    assert len(client.check(name, robot, q).verdicts) == 30
-    assert len(client.check(name, robot, q[0], T[0]).verdicts) == 1
+    assert len(client.check(room, robot, q[0], T).verdicts) == 30
+    assert len(client.check(room, robot, q).verdicts) == 30
+    assert len(client.check(room, robot, q[0], T[0]).verdicts) == 1
     with pytest.raises(InvalidInputError):
-        client.check(name, robot, q[:3], T)
+        client.check(room, robot, q[:3], T)
 
 
 def test_a_query_waits_for_its_revision_or_times_out(client: Client, robot: str) -> None:
@@ -208,26 +172,25 @@ def test_a_query_waits_for_its_revision_or_times_out(client: Client, robot: str)
     ],
 )
 def test_a_collision_query_that_makes_no_sense_is_refused(
-    service: ServiceProcess, robot: str, room: tuple[str, rayvox.MapSnapshot], changed: dict[str, Any]
+    service: ServiceProcess, robot: str, room: str, changed: dict[str, Any]
 ) -> None:
     query = {"robot": robot, "configurations": [[0.0, 0.0, 0.0, 1.0, 0.0]], **changed}
-    assert_problem(service.http.post(f"/v1/maps/{room[0]}/collisions", json=query), 422, "invalid-input")
+    assert_problem(service.http.post(f"/v1/maps/{room}/collisions", json=query), 422, "invalid-input")
 
 
 def test_frames_robots_and_numbers_of_poses_that_do_not_fit_are_refused(
-    service: ServiceProcess, client: Client, robot: str, room: tuple[str, rayvox.MapSnapshot]
+    service: ServiceProcess, client: Client, robot: str, room: str
 ) -> None:
-    name, _ = room
-    url = f"/v1/maps/{name}/collisions"
+    url = f"/v1/maps/{room}/collisions"
     wrong = encode_frame("collisions", {"robot": robot}, {"configurations": np.zeros((1, 5, 1))})
     assert_problem(service.http.post(url, content=wrong, headers=FRAME_HEADERS), 422, "invalid-input")
     wrong = encode_frame("rays", {"robot": robot}, {"configurations": np.zeros((1, 5))})
     assert_problem(service.http.post(url, content=wrong, headers=FRAME_HEADERS), 422, "invalid-input")
     with pytest.raises(RobotNotFoundError):
-        client.check(name, "nobody", ARM.configuration())
+        client.check(room, "nobody", ARM.configuration())
     with pytest.raises(TooLargeError):
-        client.check(name, robot, ARM.configuration(), np.tile(np.eye(4), (200_001, 1, 1)))
+        client.check(room, robot, ARM.configuration(), np.tile(np.eye(4), (200_001, 1, 1)))
     with pytest.raises(TooLargeError):
-        client.check(name, robot, ARM.configuration(), np.tile(np.eye(4), (101, 1, 1)), contacts="all")
+        client.check(room, robot, ARM.configuration(), np.tile(np.eye(4), (101, 1, 1)), contacts="all")
     with pytest.raises(RefusedInputError):
-        client.check(name, robot, ARM.configuration(), 2 * np.eye(4))
+        client.check(room, robot, ARM.configuration(), 2 * np.eye(4))

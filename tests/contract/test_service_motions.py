@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -12,33 +11,8 @@ from rayvox.robot.primitives import box_mesh, cylinder_mesh, sphere_mesh
 from rayvox_client import AttachedObject, Client, InvalidInputError, RefusedInputError, TooLargeError
 from rayvox_service.frame import encode_frame
 
-from tests.support.robots import arm_archive
+from tests.support.arm_in_room import ARM
 from tests.support.service_process import ServiceProcess, assert_problem
-
-ARM = rayvox.Robot.from_archive(arm_archive())
-POINTS = np.random.default_rng(0).normal(0, 1, (400, 3))
-_numbers = itertools.count()
-
-
-@pytest.fixture(scope="module")
-def robot(service: ServiceProcess) -> str:
-    service.http.put("/v1/robots/arm-moves", content=arm_archive(), headers={"content-type": "application/zip"})
-    return "arm-moves"
-
-
-@pytest.fixture
-def room(client: Client) -> str:
-    name = f"moved-{next(_numbers)}"
-    client.create_map(name, resolution_m=0.1)
-    client.insert_scan(name, POINTS)
-    return name
-
-
-@pytest.fixture(scope="module")
-def snapshot() -> rayvox.MapSnapshot:
-    local = rayvox.OccupancyMap(0.1)
-    local.insert_scan(POINTS)
-    return local.snapshot()
 
 
 def placed(x: float) -> Any:

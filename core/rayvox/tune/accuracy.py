@@ -29,6 +29,7 @@ class MapAccuracy:
     free_recall: float
     error_mean_m: float
     error_p95_m: float
+    error_p98_m: float
     error_max_m: float
     stray_p95_m: float
     gap_p95_m: float
@@ -42,13 +43,14 @@ def map_accuracy(octree: MapSnapshot, truth: GroundTruth, seed: int = 0) -> MapA
     sample = centres[np.random.default_rng(seed).permutation(len(centres))[:SAMPLES]]
     stray_m = truth.distance_m(sample)
     gap_m = NearestPoint(centres).distance_m(truth.seen_surface)
-    mean, p95, most = (max(of(stray_m), of(gap_m)) for of in (_mean, _p95, _max))
+    mean, p95, p98, most = (max(of(stray_m), of(gap_m)) for of in (_mean, _p95, _p98, _max))
     return MapAccuracy(
         occupied_precision=float(truth.holds_surface(sample, octree.resolution_m).mean()),
         occupied_recall=float((octree.states_at(truth.seen_surface) == _OCCUPIED).mean()),
         free_recall=float((octree.states_at(truth.seen_free) == _FREE).mean()),
         error_mean_m=mean,
         error_p95_m=p95,
+        error_p98_m=p98,
         error_max_m=most,
         stray_p95_m=_p95(stray_m),
         gap_p95_m=_p95(gap_m),
@@ -61,6 +63,10 @@ def _mean(distances_m: FloatArray) -> float:
 
 def _p95(distances_m: FloatArray) -> float:
     return float(np.quantile(distances_m, 0.95))
+
+
+def _p98(distances_m: FloatArray) -> float:
+    return float(np.quantile(distances_m, 0.98))
 
 
 def _max(distances_m: FloatArray) -> float:

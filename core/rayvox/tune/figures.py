@@ -12,7 +12,7 @@ import numpy as np
 from rayvox.collision_checker import UnknownPolicy
 from rayvox.tune.accuracy import MapAccuracy
 from rayvox.tune.candidate import MapSettings
-from rayvox.tune.prediction import upper_bound
+from rayvox.tune.prediction import error_bound
 from rayvox.tune.robot_queries import RobotFigures
 
 UNKNOWN_POLICIES: tuple[UnknownPolicy, ...] = get_args(UnknownPolicy)
@@ -61,7 +61,7 @@ class CandidateSummary:
     """All parts together.
 
     Times, bytes: medians. accuracy: means over the parts, None if it was not measured. error_bound_m: what the 95 %
-    error of the next part stays below (prediction.upper_bound), None for too few parts. robot: means, by policy.
+    error of the next part stays below (prediction.error_bound), None for too few parts. robot: means, by policy.
     """
 
     settings: MapSettings
@@ -87,7 +87,7 @@ def summarise(settings: MapSettings, measured: Sequence[MapFigures]) -> Candidat
         memory_bytes=median(figures.memory_bytes for figures in measured),
         point_query_s=median(figures.point_query_s for figures in measured),
         accuracy=_mean_accuracy(judged) if judged else None,
-        error_bound_m=upper_bound([accuracy.error_p95_m for accuracy in judged]),
+        error_bound_m=error_bound([a.error_p95_m for a in judged], [a.error_p98_m for a in judged]),
         robot={policy: mean_robot_figures([figures.robot[policy] for figures in measured]) for policy in policies},
     )
 

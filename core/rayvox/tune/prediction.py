@@ -25,3 +25,13 @@ def upper_bound(measured: Sequence[float]) -> float | None:
     degrees = len(logs) - 1
     t = _T_99[degrees - 1] if degrees <= len(_T_99) else _T_99_MANY
     return math.exp(fmean(logs) + t * stdev(logs) * math.sqrt(1 + 1 / len(logs)))
+
+
+def error_bound(p95: Sequence[float], p98: Sequence[float]) -> float | None:
+    """A bound of the next part's 95 % error, from the 95 and 98 % errors of these; None for too few.
+
+    Above the prediction for the 95 % error, it is not below any part's 98 % error: a tail that holds a little less than
+    5 % of one scene's surface, as what lies beyond the range of the rays, holds a little more in the next.
+    """
+    predicted = upper_bound(p95)
+    return None if predicted is None else max(predicted, *p98)

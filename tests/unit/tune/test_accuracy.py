@@ -72,6 +72,8 @@ def test_accuracy_against_a_scene_is_what_brute_force_counts(octree: OccupancyMa
     np.testing.assert_allclose(found.stray_p95_m, np.quantile(np.abs(distance), 0.95))
     np.testing.assert_allclose(found.gap_p95_m, np.quantile(gap, 0.95))
     np.testing.assert_allclose(found.error_p95_m, max(found.gap_p95_m, found.stray_p95_m))
+    both = [np.quantile(gap, 0.98), np.quantile(np.abs(distance), 0.98)]
+    np.testing.assert_allclose(found.error_p98_m, max(both))
     np.testing.assert_allclose(found.error_max_m, max(np.abs(distance).max(), gap.max()))
     np.testing.assert_allclose(found.error_mean_m, max(np.abs(distance).mean(), gap.mean()))
     np.testing.assert_allclose(found.occupied_recall, (octree.states_at(truth.seen_surface) == 2).mean())

@@ -126,7 +126,7 @@ def test_the_report_is_written_as_page_settings_and_pictures(report: TuningRepor
 def summary(resolution_m: float, scan_s: float, bound_m: float, free: float, **settings: object) -> CandidateSummary:
     from rayvox.tune.accuracy import MapAccuracy
 
-    accuracy = MapAccuracy(1.0, 1.0, free, bound_m / 3, bound_m / 2, bound_m, bound_m / 2, bound_m / 2)
+    accuracy = MapAccuracy(1.0, 1.0, free, bound_m / 3, bound_m / 2, bound_m / 2, bound_m, bound_m / 2, bound_m / 2)
     robot = {"free": RobotFigures(1e-5, 0.1, 0.1, 0.1), "occupied": RobotFigures(2e-5, 0.0, 0.1, 0.15)}
     chosen = MapSettings(resolution_m, **settings)  # type: ignore[arg-type]
     return CandidateSummary(chosen, 6, scan_s, 1e6, 1e6, 1e-7, accuracy, bound_m, robot)

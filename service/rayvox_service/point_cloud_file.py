@@ -8,9 +8,12 @@ from typing import Literal
 
 from rayvox.scan_io import decode_cloud
 
+from rayvox_service import self_filter
+from rayvox_service.checked_fields import parse_json
 from rayvox_service.frame import encode_frame
 from rayvox_service.problems import Problem
 from rayvox_service.scan import KIND
+from rayvox_service.self_filter import SelfFilter
 
 POINT_CLOUD_TYPES: dict[str, Literal["pcd", "ply"]] = {
     "application/vnd.pcd": "pcd",
@@ -22,7 +25,7 @@ POINT_CLOUD_TYPES: dict[str, Literal["pcd", "ply"]] = {
 def point_cloud_to_frame(
     media: str, data: bytes, scan_id: uuid.UUID, parameters: Mapping[str, str], max_points: int
 ) -> bytes:
-    """The file's points as a frame, with the pose and the range from query parameters.
+    """The file's points as a frame, with the pose, the range and the self-filter (JSON) from query parameters.
 
     The same file and parameters give the same bytes, so a retry is seen as one. Raises Problem,
     rayvox.errors.ScanFormatError, MissingDependencyError.
@@ -34,6 +37,9 @@ def point_cloud_to_frame(
         fields["origin"] = _floats(parameters, "origin", 3)
     if "max_range_m" in parameters:
         fields["max_range_m"] = _floats(parameters, "max_range_m", 1)[0]
+    if self_filter.FIELD in parameters:
+        asked = parse_json(parameters[self_filter.FIELD].encode(), SelfFilter)
+        fields[self_filter.FIELD] = asked.model_dump(mode="json", exclude_unset=True)
     points = decode_cloud(data, POINT_CLOUD_TYPES[media], max_points).points
     return encode_frame(KIND, fields, {"points": points})
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import uuid
 from pathlib import Path
 from typing import Any
@@ -23,25 +24,15 @@ from rayvox_client import (
     SelfFilter,
 )
 
+from tests.support.arm_in_room import ARM
+from tests.support.point_files import ascii_ply
 from tests.support.robots import arm_archive
-from tests.support.service_process import ServiceProcess, served_leaves
+from tests.support.service_process import ServiceProcess, assert_problem, served_leaves
 
-ARM = rayvox.Robot.from_archive(arm_archive())
 Q = ARM.configuration({"slide": 0.1, "shoulder": 0.4, "elbow": 1.0, "finger_l": 0.02})
 MOUNTED = np.array([[0.0, 0, 1, 0.06], [-1, 0, 0, 0.0], [0, -1, 0, 0.3], [0, 0, 0, 1]])  # on "column", looking along x
 PADDING_M = 0.02
 _numbers = itertools.count()
-
-
-@pytest.fixture(scope="module")
-def robot(service: ServiceProcess) -> str:
-    return put_arm(service)
-
-
-def put_arm(service: ServiceProcess, name: str = "arm-sees-itself") -> str:
-    answer = service.http.put(f"/v1/robots/{name}", content=arm_archive(), headers={"content-type": "application/zip"})
-    assert answer.status_code in (200, 201), answer.text
-    return name
 
 
 def sensor_pose() -> NDArray[np.float64]:
@@ -113,6 +104,25 @@ def test_pixels_on_the_robot_count_as_not_measured(service: ServiceProcess, clie
     assert served_leaves(service.http, "self-depth") == wanted_leaves(left, sensor_pose())
 
 
+def test_a_point_cloud_file_is_filtered_by_the_address(service: ServiceProcess, client: Client, robot: str) -> None:
+    points = np.round(rays(500), 3)
+    client.create_map("self-file", resolution_m=0.05)
+    parameters = {"wait": "applied", "T_map_sensor": ",".join(map(str, sensor_pose().ravel()))}
+    url, headers = f"/v1/maps/self-file/scans/{uuid.uuid4()}", {"Content-Type": "model/vnd.ply"}
+    wrong = service.http.put(
+        url, params=parameters | {"self_filter": '{"robot": 3}'}, content=ascii_ply(points), headers=headers
+    )
+    assert_problem(wrong, 422, "invalid-input")
+    asked = json.dumps(filter_by_link(robot).to_json())
+    answer = service.http.put(
+        url, params=parameters | {"self_filter": asked}, content=ascii_ply(points), headers=headers
+    )
+    assert answer.status_code == 201, answer.text
+    assert served_leaves(service.http, "self-file") == wanted_leaves(
+        points[kept(points.astype(np.float32))], sensor_pose()
+    )
+
+
 def test_padding_by_link_and_what_the_robot_holds_are_filtered_too(
     service: ServiceProcess, client: Client, robot: str
 ) -> None:
@@ -142,7 +152,8 @@ def test_a_restart_gives_the_same_map_though_the_robot_is_gone(tmp_path: Path) -
     scan = Scan(rays(), sensor_pose(), self_filter=filter_by_link("arm"), scan_id=uuid.uuid4())
     with ServiceProcess(tmp_path) as running:
         client = Client(running.url)
-        put_arm(running.await_ready(), "arm")
+        content = {"content": arm_archive(), "headers": {"content-type": "application/zip"}}
+        running.await_ready().http.put("/v1/robots/arm", **content)
         client.create_map("lab", resolution_m=0.05)
         with client.stream("lab") as stream:
             stream.push_scan(scan)

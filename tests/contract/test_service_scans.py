@@ -12,6 +12,7 @@ import pytest
 from rayvox import MapSnapshot, OccupancyMap
 from rayvox_service.frame import encode_frame
 
+from tests.support.point_files import ascii_pcd, ascii_ply
 from tests.support.service_process import (
     FRAME_HEADERS,
     ServiceProcess,
@@ -98,19 +99,6 @@ def test_a_depth_image_without_usable_intrinsics_is_refused(
     scan_id = uuid.uuid4()
     data = encode_frame("scan", {"scan_id": str(scan_id), "intrinsics": intrinsics}, {"depth": np.ones((2, 2), "<u2")})
     assert_problem(put_scan(service.http, lab, scan_id, data), 422, "invalid-input")
-
-
-def ascii_pcd(points: npt.NDArray[Any]) -> bytes:
-    head = (
-        "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA ascii\n"
-    )
-    return (head + "".join(f"{x} {y} {z}\n" for x, y, z in points.tolist())).encode()
-
-
-def ascii_ply(points: npt.NDArray[Any]) -> bytes:
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {c}\n" for c in "xyz")
-    return (head + "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in points.tolist())).encode()
 
 
 @pytest.mark.parametrize(("media", "write"), [("application/vnd.pcd", ascii_pcd), ("model/vnd.ply", ascii_ply)])

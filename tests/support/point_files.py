@@ -1,8 +1,9 @@
-"""The few point-cloud files that the sample data come in, read with numpy alone."""
+"""Point-cloud files: those that the sample data come in, read with numpy alone, and simple ones written."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,3 +94,16 @@ def read_ascii_vtk(path: Path) -> NDArray[np.float32]:
             break
         values += line.split()
     return np.array(values[: 3 * count], dtype=np.float32).reshape(-1, 3)
+
+
+def ascii_pcd(points: NDArray[Any]) -> bytes:
+    head = (
+        "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA ascii\n"
+    )
+    return (head + "".join(f"{x} {y} {z}\n" for x, y, z in points.tolist())).encode()
+
+
+def ascii_ply(points: NDArray[Any]) -> bytes:
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {c}\n" for c in "xyz")
+    return (head + "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in points.tolist())).encode()

@@ -18,7 +18,7 @@ from rayvox_service.steps import Steps, in_batches, joined
 KIND = "motions"
 ANSWER = "motion_verdicts"
 FIRST_MOTIONS = 4
-PAYLOAD_DIMENSIONS = {"q_from": 2, "q_to": 2, "T_map_base": 3}
+PAYLOAD_DIMENSIONS = {"q_from": 2, "q_to": 2, "T_map_base": 3, "T_map_base_to": 3}
 
 
 class MotionQuery(RobotQuery):
@@ -28,47 +28,58 @@ class MotionQuery(RobotQuery):
 
 
 class JsonMotionQuery(MotionQuery):
-    q_from: list[list[float]]
-    q_to: list[list[float]]
-    T_map_base: list[float] | None = Field(default=None, min_length=16, max_length=16)
+    q_from: list[list[float]] | None = None
+    q_to: list[list[float]] | None = None
+    T_map_base: list[list[float]] | None = Field(default=None, description="16 numbers each, row-major")
+    T_map_base_to: list[list[float]] | None = Field(default=None, description="as T_map_base, which is where it rests")
 
     def motions(self) -> Motions:
         """Raises Problem invalid-input."""
-        if len({len(row) for row in (*self.q_from, *self.q_to)}) > 1:
+        if len({len(row) for row in (*(self.q_from or ()), *(self.q_to or ()))}) > 1:
             raise Problem("invalid-input", "configurations need as many values each")
-        base = None if self.T_map_base is None else np.array(self.T_map_base).reshape(4, 4)
-        return Motions(np.array(self.q_from, np.float64), np.array(self.q_to, np.float64), base)
+        if any(len(row) != 16 for row in (*(self.T_map_base or ()), *(self.T_map_base_to or ()))):
+            raise Problem("invalid-input", "T_map_base and T_map_base_to need 16 numbers for each pose")
+        ends = [None if rows is None else np.array(rows, np.float64) for rows in (self.q_from, self.q_to)]
+        poses = [
+            None if rows is None else np.array(rows, np.float64).reshape(-1, 4, 4)
+            for rows in (self.T_map_base, self.T_map_base_to)
+        ]
+        return Motions(*ends, *poses)
 
 
 @dataclass(frozen=True, slots=True)
 class Motions:
-    """(n, j) or (1, j) configurations to start and to end at, and the (4, 4) pose at which the base rests."""
+    """(n, j) configurations and (n, 4, 4) base poses to start and to end at; None as in CollisionChecker.check_motion,
+    a single row goes with all."""
 
-    q_from: AnyArray
-    q_to: AnyArray
+    q_from: AnyArray | None
+    q_to: AnyArray | None
     T_map_base: AnyArray | None
+    T_map_base_to: AnyArray | None
 
     def __post_init__(self) -> None:
-        if any(len(q) not in (1, self.count) for q in (self.q_from, self.q_to)):
-            raise Problem("invalid-input", f"{len(self.q_from)} configurations do not go with {len(self.q_to)}")
+        counts = {name: len(array) for name in PAYLOAD_DIMENSIONS if (array := getattr(self, name)) is not None}
+        if len(set(counts.values()) - {1}) > 1:
+            raise Problem("invalid-input", f"as many rows of each, or one, make motions, not {counts}")
 
     @property
     def count(self) -> int:
-        return max({len(self.q_from), len(self.q_to)} - {1}, default=1)
+        arrays = (self.q_from, self.q_to, self.T_map_base, self.T_map_base_to)
+        return max({len(array) for array in arrays if array is not None} - {1}, default=1)
 
     def require_at_most(self, most: int) -> None:
         if self.count > most:
             raise Problem("too-large", f"{self.count} motions, the limit is {most}")
 
     def rows(self, part: slice) -> Motions:
-        first, second = (q if len(q) == 1 else q[part] for q in (self.q_from, self.q_to))
-        return Motions(first, second, self.T_map_base)
+        arrays = (self.q_from, self.q_to, self.T_map_base, self.T_map_base_to)
+        return Motions(*(array if array is None or len(array) == 1 else array[part] for array in arrays))
 
 
 def motions_of_frame(frame: Frame, most: int) -> Motions:
     """The frame's motions, after their counts were checked. Raises FrameError, Problem."""
-    if frame.kind != KIND or not {"q_from", "q_to"} <= set(frame.payloads) <= set(PAYLOAD_DIMENSIONS):
-        raise Problem("invalid-input", f"a {KIND} frame with q_from, q_to and perhaps T_map_base is needed here")
+    if frame.kind != KIND or not set(frame.payloads) <= set(PAYLOAD_DIMENSIONS):
+        raise Problem("invalid-input", f"a {KIND} frame with {', '.join(PAYLOAD_DIMENSIONS)} is needed here")
     arrays: dict[str, AnyArray] = {}
     for name, payload in frame.payloads.items():
         if payload.dtype.str not in ("<f4", "<f8") or len(payload.shape) != PAYLOAD_DIMENSIONS[name]:
@@ -76,10 +87,7 @@ def motions_of_frame(frame: Frame, most: int) -> Motions:
         if payload.shape[0] > most:
             raise FrameTooLargeError(f"{name} has {payload.shape[0]} rows, the limit is {most}")
         arrays[name] = frame.array(name)
-    base = arrays.get("T_map_base")
-    if base is not None and base.shape != (1, 4, 4):
-        raise Problem("invalid-input", f"T_map_base has shape {list(base.shape)}: the base rests at one pose")
-    return Motions(arrays["q_from"], arrays["q_to"], None if base is None else base[0])
+    return Motions(*(arrays.get(name) for name in PAYLOAD_DIMENSIONS))
 
 
 def check_motions(
@@ -92,11 +100,12 @@ def check_motions(
         asked = motions.rows(part)
         try:
             return checker.check_motion(
-                asked.q_from, asked.q_to, asked.T_map_base, tolerance_m=query.tolerance_m, cancellation=cancellation
-            )
+                asked.q_from, asked.q_to, asked.T_map_base, asked.T_map_base_to,
+                tolerance_m=query.tolerance_m, cancellation=cancellation,
+            )  # fmt: skip
         except InvalidInputError:
             # Raises the same, but names the row as the sender counts them.
-            robot.motion_bounds(motions.q_from, motions.q_to, motions.T_map_base)
+            robot.motion_bounds(motions.q_from, motions.q_to, motions.T_map_base, motions.T_map_base_to)
             raise
 
     return joined((yield from in_batches(motions.count, batch, FIRST_MOTIONS)))

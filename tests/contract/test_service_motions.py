@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,19 @@ from rayvox_client import AttachedObject, Client, InvalidInputError, RefusedInpu
 from rayvox_service.frame import encode_frame
 
 from tests.support.arm_in_room import ARM
+from tests.support.robots import CUBE_STL
 from tests.support.service_process import ServiceProcess, assert_problem
 
 
 def placed(x: float) -> Any:
     T = np.eye(4)
     T[0, 3] = x
+    return T
+
+
+def turned_by(angle: float) -> Any:
+    T = np.eye(4)
+    T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     return T
 
 
@@ -36,12 +44,46 @@ def test_motions_are_those_of_the_kernel_in_every_form(
     assert 0 < got.free.sum() < 300
     asked = {
         "robot": robot, "q_from": path[:5].tolist(), "q_to": path[1:6].tolist(), "tolerance_m": 0.02, **options,
-        "T_map_base": placed(-2.5).ravel().tolist(),
+        "T_map_base": [placed(-2.5).ravel().tolist()],
     }  # fmt: skip
     answer = service.http.post(f"/v1/maps/{room}/motions", json=asked).json()
     assert answer["free_until"] == wanted.free_until[:5].tolist()
     assert answer["verdicts"] == wanted.verdicts[:5].tolist()
     assert answer["revision"] == 1
+
+
+def test_a_base_that_moves_is_checked_on_its_way(
+    service: ServiceProcess, client: Client, robot: str, room: str, snapshot: rayvox.MapSnapshot
+) -> None:
+    path = ARM.sample_configurations(41, np.random.default_rng(3))
+    T_to = np.stack([placed(x) @ turned_by(0.05 * x) for x in np.linspace(-3.0, 3.0, 40)])
+    wanted = rayvox.CollisionChecker(snapshot, ARM).check_motion(path[:-1], path[1:], placed(-3.0), T_to)
+    got = client.check_motion(room, robot, path[:-1], path[1:], placed(-3.0), T_map_base_to=T_to)
+    with client.open_queries(room) as questions:
+        streamed = questions.check_motion(robot, path[:-1], path[1:], placed(-3.0), T_map_base_to=T_to)
+    for answer in (got, streamed):
+        assert np.array_equal(answer.verdicts, wanted.verdicts)
+        assert np.array_equal(answer.free_until, wanted.free_until)
+    resting = client.check_motion(room, robot, path[:-1], path[1:], placed(-3.0))
+    assert not np.array_equal(got.free_until, resting.free_until)
+    asked = {
+        "robot": robot, "q_from": path[:-1].tolist(), "q_to": path[1:].tolist(),
+        "T_map_base": [placed(-3.0).ravel().tolist()], "T_map_base_to": T_to.reshape(-1, 16).tolist(),
+    }  # fmt: skip
+    in_json = service.http.post(f"/v1/maps/{room}/motions", json=asked).json()
+    assert in_json["free_until"] == wanted.free_until.tolist()
+
+
+def test_a_rigid_robot_moves_by_its_base_alone(
+    client: Client, room: str, snapshot: rayvox.MapSnapshot, tmp_path: Path
+) -> None:
+    (tmp_path / "cube.stl").write_bytes(CUBE_STL)
+    cube = rayvox.Robot.from_mesh(tmp_path / "cube.stl")
+    client.upload_robot(tmp_path / "cube.stl", "cube")
+    wanted = rayvox.CollisionChecker(snapshot, cube).check_motion(None, None, placed(-9.0), placed(0.0))
+    got = client.check_motion(room, "cube", None, None, placed(-9.0), T_map_base_to=placed(0.0))
+    assert np.array_equal(got.free_until, wanted.free_until)
+    assert 0 < got.free_until[0] < 1
 
 
 def test_motions_that_make_no_sense_are_refused(service: ServiceProcess, client: Client, robot: str, room: str) -> None:

@@ -278,8 +278,8 @@ class AsyncClient:
         self,
         map: str,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> MotionCheck:

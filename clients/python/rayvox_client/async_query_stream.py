@@ -96,8 +96,8 @@ class AsyncQueryStream:
     async def check_motion(
         self,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> MotionCheck:
@@ -117,8 +117,8 @@ class AsyncQueryStream:
     async def send_check_motion(
         self,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> AsyncPendingAnswer[MotionCheck]:

@@ -310,18 +310,21 @@ class Client:
         self,
         map: str,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> MotionCheck:
-        """Whether motions collide with the map anywhere, on which all joints move at constant speed and the base rests.
+        """Whether motions collide with the map anywhere, on which all joints and the base move at constant speed.
 
         No collision lies between samples. A path is checked as `check_motion(map, robot, path[:-1], path[1:])`.
 
         Args:
-            q_from, q_to: (n,j) joint values; one of either goes with any number of the other.
-            T_map_base: (4,4) rigid pose of the robot's base; None for identity.
+            q_from, q_to: (n,j) joint values; None for a robot without joints.
+            T_map_base: (n,4,4) rigid poses of the robot's base at the start; None for identity. One of each goes with
+                any number of the others.
+            T_map_base_to: (n,4,4) its poses at the end, to which it goes straight, turning about one axis; it rests if
+                this is not given.
             tolerance_m: a motion that passes an obstacle closer than this may be reported as colliding; 5 mm if not
                 given.
             Others, and errors: as `check`, without those about contacts and self-collision.

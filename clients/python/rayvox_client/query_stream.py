@@ -55,8 +55,8 @@ class QueryStream:
     def check_motion(
         self,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> MotionCheck:
@@ -76,8 +76,8 @@ class QueryStream:
     def send_check_motion(
         self,
         robot: str | RobotInfo,
-        q_from: ArrayLike,
-        q_to: ArrayLike,
+        q_from: ArrayLike | None,
+        q_to: ArrayLike | None,
         T_map_base: ArrayLike | None = None,
         **options: Unpack[MotionOptions],
     ) -> PendingAnswer[MotionCheck]:

@@ -44,6 +44,7 @@ class CheckOptions(RobotOptions, total=False):
 class MotionOptions(RobotOptions, total=False):
     """Keyword arguments of `Client.check_motion`."""
 
+    T_map_base_to: ArrayLike
     tolerance_m: float
 
 
@@ -75,20 +76,23 @@ def clearance_question(
 
 def motion_question(
     robot: str | RobotInfo,
-    q_from: ArrayLike,
-    q_to: ArrayLike,
+    q_from: ArrayLike | None,
+    q_to: ArrayLike | None,
     T_map_base: ArrayLike | None,
     options: MotionOptions,
 ) -> Question[MotionCheck]:
     """As `Client.check_motion`. Raises InvalidInputError for arguments that can be seen to be wrong."""
-    ends = {name: validation.configuration_rows(q, name) for name, q in (("q_from", q_from), ("q_to", q_to))}
-    lengths = {len(array) for array in ends.values()} - {1}
-    if len(lengths) > 1 or len({array.shape[1] for array in ends.values()}) > 1:
-        shapes = " and ".join(str(array.shape) for array in ends.values())
-        raise InvalidInputError(f"q_from and q_to have shapes {shapes}: as many of each, or one")
-    payloads: dict[str, NDArray[Any]] = dict(ends)
-    if T_map_base is not None:
-        payloads["T_map_base"] = validation.rigid_transform(T_map_base, "T_map_base")[None]
+    ends = {"q_from": q_from, "q_to": q_to}
+    bases = {"T_map_base": T_map_base, "T_map_base_to": options.get("T_map_base_to")}
+    payloads: dict[str, NDArray[Any]] = {
+        name: validation.configuration_rows(q, name) for name, q in ends.items() if q is not None
+    }
+    widths = {array.shape[1] for array in payloads.values()}
+    payloads |= {name: validation.base_poses(T, name) for name, T in bases.items() if T is not None}
+    lengths = {len(array) for array in payloads.values()} - {1}
+    if len(lengths) > 1 or len(widths) > 1:
+        shapes = " and ".join(f"{name} {array.shape}" for name, array in payloads.items())
+        raise InvalidInputError(f"{shapes}: as many of each, or one")
     read = partial(MotionCheck.from_frame, count=max(lengths, default=1))
     return Question("motions", _header(robot, options), payloads, read, options.get("min_revision"))
 
@@ -110,7 +114,8 @@ def _header(robot: str | RobotInfo, options: Mapping[str, Any]) -> dict[str, obj
     """Fields as in docs/frame.md; what is not given is the service's default."""
     name = robot.name if isinstance(robot, RobotInfo) else robot
     fields: dict[str, object] = {key: value for key, value in options.items() if value is not None}
-    fields.pop("min_revision", None)
+    for of_its_own in ("min_revision", "T_map_base_to"):
+        fields.pop(of_its_own, None)
     if (padding_m := options.get("padding_m")) is not None:
         by_link = isinstance(padding_m, Mapping)
         fields["padding_m"] = {k: float(v) for k, v in padding_m.items()} if by_link else float(padding_m)

@@ -61,13 +61,20 @@ Coefficients coefficients_in(const AxisCone& cone, const Vec3d& direction) {
 
 double least(const Coefficients& c) { return std::min({c[0], c[1], c[2]}); }
 
+struct InCone {
+  const AxisCone* cone;
+  Coefficients coefficients;
+};
+
 // `chosen` was found in float32: where a direction lies near a border between cones, it may be the neighbour.
-const AxisCone& cone_of(const std::vector<AxisCone>& cones, int chosen, const Vec3d& direction) {
+InCone cone_of(const std::vector<AxisCone>& cones, int chosen, const Vec3d& direction) {
   const AxisCone& likely = cones[static_cast<std::size_t>(chosen)];
-  if (least(coefficients_in(likely, direction)) >= 0) return likely;
-  return *std::max_element(cones.begin(), cones.end(), [&](const AxisCone& x, const AxisCone& y) {
+  const Coefficients found = coefficients_in(likely, direction);
+  if (least(found) >= 0) return {&likely, found};
+  const AxisCone& nearest = *std::max_element(cones.begin(), cones.end(), [&](const AxisCone& x, const AxisCone& y) {
     return least(coefficients_in(x, direction)) < least(coefficients_in(y, direction));
   });
+  return {&nearest, coefficients_in(nearest, direction)};
 }
 
 }  // namespace
@@ -160,10 +167,9 @@ void PairTables::enclose_slabs(FrameChange& change) const {
   std::fill_n(&change.index[0][0], 96, 0);
   std::fill_n(&change.block_row[0][0], 96, 0);
   for (int i = 0; i < n; ++i) {
-    const AxisCone& cone = cone_of(axes.cones(), chosen[i], exact[i]);
-    const Coefficients parts = coefficients_in(cone, exact[i]);
+    const auto [cone, parts] = cone_of(axes.cones(), chosen[i], exact[i]);
     for (std::size_t j = 0; j < 3; ++j) {
-      const int corner = cone.corner[j] % n, reversed = cone.corner[j] / n;
+      const int reversed = cone->corner[j] >= n, corner = cone->corner[j] - reversed * n;
       // On a border between cones rounding makes a coefficient a negative number of the order of 1e-16.
       const auto coefficient = static_cast<float>(std::max(parts[j], 0.0));
       // Slot i is reached by what the opposite of axis i supports, slot half + i by what axis i does.

@@ -96,7 +96,7 @@ class CollisionMesh:
         branching_factor: 2, 4, 8 or 16; None is what suits the traversal.
         construction: "bng" (Batch Neural Gas, Sec. IV-A.3; deterministic for a seed), "longest_axis" (IV-A.1),
         "extended_longest_axis" (IV-A.2), or "sah" (surface area heuristic, binary trees only).
-        slabs: "float16" (rounded outward) or "float32".
+        slabs: "float16" (rounded outward) or "float32"; hybrid traversal keeps 16-bit integers instead.
         traversal (Sec. IV-B): "1vs16" one node against 16 children, "4vs4" four against four (branching factor 4),
         "simd_binary" sixteen axes of one pair of nodes at a time, "binary" one axis at a time, or "hybrid": one against
         sixteen oriented boxes, which near the leaves are thinner than k-DOPs; the fastest.

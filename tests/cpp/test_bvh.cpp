@@ -24,7 +24,8 @@ double support_of(const Triangle& t, const Vec3d& d) {
 bool in_box(const BvhNode& node, const Vec3d& p) {
   for (std::size_t i = 0; i < 3; ++i) {
     double along = 0;
-    for (std::size_t c = 0; c < 3; ++c) along += node.box_axis[3 * i + c] * (p[static_cast<int>(c)] - node.origin[c]);
+    for (std::size_t c = 0; c < 3; ++c)
+      along += box_axis(node, static_cast<int>(i))[static_cast<int>(c)] * (p[static_cast<int>(c)] - node.origin[c]);
     if (std::abs(along) > node.box_half[i]) return false;
   }
   return true;
@@ -44,8 +45,9 @@ void collect(const KdopBvh& bvh, std::size_t index, std::vector<std::uint32_t>& 
 void check_supports(const KdopBvh& bvh, const std::vector<double>& supports, std::size_t below, double unit) {
   std::vector<std::uint32_t> triangles;
   collect(bvh, below, triangles);
-  // Half floats lose 2^-10 of what they are relative to.
-  const double half = bvh.options().slabs == SlabFormat::float16 ? 2.5e-3 * unit : 0;
+  // Half floats lose 2^-10 of what they are relative to; integers are in a 32767th of the mesh's radius.
+  const double integer = bvh.view().slabs_i16.own ? 3.06e-5 * bvh.mesh().radius_m() : 0;
+  const double half = bvh.view().slabs_f16.own ? 2.5e-3 * unit : integer;
   for (int o = 0; o < bvh.options().axes.k(); ++o) {
     double most = -INFINITY;
     for (const std::uint32_t t : triangles) {
@@ -66,11 +68,12 @@ void check_bvh(const KdopBvh& bvh) {
       for (std::uint32_t i = 0; i < node.count; ++i) ++seen[bvh.triangle_at(node.first + i)];
     } else {
       CHECK(node.count >= 2 && node.count <= bvh.options().branching_factor);
-      for (std::uint32_t i = 0; i < node.count; ++i) {
+      const bool has_rows = bvh.view().slabs_f16.child || bvh.view().slabs_f32.child;
+      for (std::uint32_t i = 0; has_rows && i < node.count; ++i) {
         check_supports(bvh, bvh.block_supports(index, static_cast<int>(i)), node.first + i, node.radius);
       }
     }
-    if (!bvh.view().boxes) continue;
+    if (!bvh.view().has_boxes) continue;
     std::vector<std::uint32_t> triangles;
     collect(bvh, index, triangles);
     for (const std::uint32_t t : triangles) {

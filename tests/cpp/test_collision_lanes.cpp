@@ -30,6 +30,7 @@ Input awkward_input(std::mt19937_64& random) {
     in.index[i] = static_cast<std::int32_t>(random() % 32);
     in.low_index[i] = static_cast<std::int32_t>(random() % 16);
   }
+  for (std::int16_t& value : in.integer) value = static_cast<std::int16_t>(random());
   for (float& value : in.table) value = awkward_value(random);
   in.first = static_cast<int>(random() % 17);
   return in;

@@ -10,6 +10,7 @@
 namespace rayvox {
 namespace {
 
+double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 double dot(const Vec3d& a, const float* b) { return a.x * b[0] + a.y * b[1] + a.z * b[2]; }
 
 float slab_not_below(double value, float) {
@@ -17,13 +18,14 @@ float slab_not_below(double value, float) {
 }
 std::uint16_t slab_not_below(double value, std::uint16_t) { return half_not_below(slab_not_below(value, 0.0f)); }
 
+// Vectors of rows of fewer than sixteen values reach beyond the last row.
+constexpr std::size_t reach = 32;
+
 }  // namespace
 
 void BvhEncoder::run() {
   const std::size_t count = tree_.nodes.size();
   bvh_.nodes_.resize(count);
-  // Vectors of rows of fewer than sixteen values reach beyond the last row.
-  constexpr std::size_t reach = 32;
   bvh_.leaf_vertices_.resize(9 * tree_.triangle_order.size() + reach);
   const bool hybrid = bvh_.options_.traversal == Traversal::hybrid;
   find_supports();
@@ -32,23 +34,38 @@ void BvhEncoder::run() {
     link_node(i);
     hybrid ? fit_box(i) : centre_node(i);
   });
-  if (hybrid) bvh_.boxes_.resize(count * box_rows + reach);
-  const BvhView view = bvh_.view();
-  const std::size_t own = count * static_cast<std::size_t>(view.stride);
-  const std::size_t child = count * static_cast<std::size_t>(2 * view.axis_count) + reach;
-  const bool half = bvh_.options_.slabs == SlabFormat::float16;
-  (half ? bvh_.own_f16_.resize(own) : bvh_.own_f32_.resize(own));
-  (half ? bvh_.child_f16_.resize(child) : bvh_.child_f32_.resize(child));
+  allocate_slabs();
   for_each_node(0, count, [&](std::size_t i) {
-    if (half)
+    if (hybrid)
+      write_integer_slabs(i);
+    else if (!bvh_.own_f16_.empty())
       write_slabs(i, bvh_.own_f16_, bvh_.child_f16_);
     else
       write_slabs(i, bvh_.own_f32_, bvh_.child_f32_);
-    if (bvh_.nodes_[i].is_leaf)
-      write_leaf(i);
-    else if (hybrid)
-      write_boxes(i);
+    if (bvh_.nodes_[i].is_leaf) write_leaf(i);
   });
+}
+
+void BvhEncoder::allocate_slabs() {
+  const BvhView view = bvh_.view();
+  const std::size_t own = tree_.nodes.size() * static_cast<std::size_t>(view.stride);
+  const std::size_t child = has_rows() ? tree_.nodes.size() * static_cast<std::size_t>(2 * view.axis_count) + reach : 0;
+  if (bvh_.options_.traversal == Traversal::hybrid) {
+    bvh_.own_i16_.resize(own);
+    const double most_m = bvh_.mesh_->radius_m() * (1 + 4 * static_cast<double>(support_margin));
+    bvh_.slab_unit_m_ = static_cast<float>((most_m + 4 * static_cast<double>(absolute_margin_m)) / most_slab);
+  } else if (bvh_.options_.slabs == SlabFormat::float16) {
+    bvh_.own_f16_.resize(own);
+    bvh_.child_f16_.resize(child);
+  } else {
+    bvh_.own_f32_.resize(own);
+    bvh_.child_f32_.resize(child);
+  }
+}
+
+bool BvhEncoder::has_rows() const {
+  const Traversal traversal = bvh_.options_.traversal;
+  return traversal == Traversal::one_vs_sixteen || traversal == Traversal::four_vs_four;
 }
 
 void BvhEncoder::find_supports() {
@@ -103,7 +120,6 @@ void BvhEncoder::link_node(std::size_t i) {
   node.is_leaf = from.child_count == 0;
   node.first = node.is_leaf ? from.first_triangle : from.first_child;
   node.count = static_cast<std::uint16_t>(node.is_leaf ? from.triangle_count : from.child_count);
-  node.above_leaves = !node.is_leaf && tree_.nodes[from.first_child].child_count == 0;
 }
 
 void BvhEncoder::centre_node(std::size_t i) {
@@ -143,7 +159,7 @@ void BvhEncoder::write_slabs(std::size_t i, AlignedVector<Slab>& own, AlignedVec
   for (int o = 0; o < 2 * n; ++o) {
     to[o < n ? o : view.stride / 2 + o - n] = slab_not_below(relative_support(i, o, node), Slab{});
   }
-  if (node.is_leaf) return;
+  if (node.is_leaf || !has_rows()) return;
   Slab* rows = child.data() + std::size_t{node.first} * static_cast<std::size_t>(2 * n);
   for (int o = 0; o < 2 * n; ++o) {
     Slab* row = rows + (o < n ? 2 * o : 2 * (o - n) + 1) * node.count;
@@ -153,16 +169,31 @@ void BvhEncoder::write_slabs(std::size_t i, AlignedVector<Slab>& own, AlignedVec
   }
 }
 
+void BvhEncoder::write_integer_slabs(std::size_t i) {
+  const BvhView view = bvh_.view();
+  const double per_unit = 1 / static_cast<double>(bvh_.slab_unit_m_);
+  std::int16_t* to = bvh_.own_i16_.data() + i * static_cast<std::size_t>(view.stride);
+  std::fill_n(to, view.stride, std::int16_t{0});
+  for (int side = 0; side < 2; ++side) {
+    const float* from = supports_.data() + i * most_orientations + side * KdopAxes::most_axes;
+    for (int axis = 0; axis < view.axis_count; ++axis) {
+      const double value = std::ceil(static_cast<double>(from[axis]) * per_unit);
+      to[side * view.stride / 2 + axis] = static_cast<std::int16_t>(std::min<double>(value, most_slab));
+    }
+  }
+}
+
 void BvhEncoder::write_leaf(std::size_t i) {
   const BvhNode& node = bvh_.nodes_[i];
   const bool has_boxes = bvh_.options_.traversal == Traversal::hybrid;
+  const Vec3d axes[3] = {box_axis(node, 0), box_axis(node, 1), box_axis(node, 2)};
   float* to = bvh_.leaf_vertices_.data() + 9 * std::size_t{node.first};
   for (std::size_t t = 0; t < node.count; ++t) {
     const Triangle triangle = bvh_.mesh_->triangle(tree_.triangle_order[node.first + t]);
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3d at = triangle[corner] - Vec3d{node.origin[0], node.origin[1], node.origin[2]};
       for (std::size_t c = 0; c < 3; ++c) {
-        const double along = has_boxes ? dot(at, node.box_axis + 3 * c) : at[static_cast<int>(c)];
+        const double along = has_boxes ? dot(at, axes[c]) : at[static_cast<int>(c)];
         to[(3 * corner + c) * node.count + t] = static_cast<float>(along);
       }
     }

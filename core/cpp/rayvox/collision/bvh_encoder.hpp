@@ -20,7 +20,10 @@ class BvhEncoder {
   // mesh's radius.
   static constexpr float support_margin = 0x1p-20f;
   static constexpr float absolute_margin_m = 1e-13f;
+  static constexpr int most_slab = 32767;
 
+  void allocate_slabs();
+  bool has_rows() const;  // whether children's slabs lie side by side
   void find_supports();
   void find_supports_of_leaf(std::size_t node, const std::vector<float>& projections);
   void find_moments();
@@ -30,9 +33,9 @@ class BvhEncoder {
   void centre_node(std::size_t node);
   void fit_box(std::size_t node);
   void write_leaf(std::size_t node);
-  void write_boxes(std::size_t node);
   template <class Slab>
   void write_slabs(std::size_t node, AlignedVector<Slab>& own, AlignedVector<Slab>& child);
+  void write_integer_slabs(std::size_t node);
   double relative_support(std::size_t of, int orientation, const BvhNode& frame) const;
   template <class Body>
   void for_each_node(std::size_t begin, std::size_t end, const Body& body) const;

@@ -47,25 +47,11 @@ void BvhEncoder::fit_box(std::size_t i) {
     const double half = (high[order[a]] - low[order[a]]) / 2;
     radius += half * half;
     node.box_half[a] = static_cast<float>(half) + margin;
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3 && a < 2; ++c)
       node.box_axis[3 * a + static_cast<std::size_t>(c)] = static_cast<float>(axes[order[a]][c]);
   }
   for (int c = 0; c < 3; ++c) node.origin[c] = static_cast<float>(centre[c]);
   node.radius = static_cast<float>(std::sqrt(radius)) * (1 + 0x1p-20f) + margin;
-}
-
-void BvhEncoder::write_boxes(std::size_t i) {
-  const BvhNode& node = bvh_.nodes_[i];
-  float* rows = bvh_.boxes_.data() + std::size_t{box_rows} * node.first;
-  const auto at = [&](int row, std::size_t lane) -> float& {
-    return rows[static_cast<std::size_t>(row) * node.count + lane];
-  };
-  for (std::size_t lane = 0; lane < node.count; ++lane) {
-    const BvhNode& child = bvh_.nodes_[node.first + lane];
-    for (int c = 0; c < 3; ++c) at(box_row::centre + c, lane) = child.origin[c] - node.origin[c];
-    for (int k = 0; k < 9; ++k) at(box_row::axis + k, lane) = child.box_axis[k];
-    for (int j = 0; j < 3; ++j) at(box_row::half + j, lane) = child.box_half[j];
-  }
 }
 
 }  // namespace rayvox

@@ -43,6 +43,23 @@ int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
   return exact_orient3d(a, b, c, d);
 }
 
+std::array<int, 3> orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const std::array<Vec3d, 3>& d) {
+  // Minus det[a - c, b - c, d - c], which shares the minors; Shewchuk's bound is of any such expansion.
+  const Vec3d u = a - c, v = b - c;
+  const double yz = u.y * v.z, zy = u.z * v.y, zx = u.z * v.x, xz = u.x * v.z, xy = u.x * v.y, yx = u.y * v.x;
+  const double nx = yz - zy, ny = zx - xz, nz = xy - yx;
+  const double mx = std::abs(yz) + std::abs(zy), my = std::abs(zx) + std::abs(xz), mz = std::abs(xy) + std::abs(yx);
+  std::array<int, 3> sides;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d w = d[i] - c;
+    const double determinant = w.x * nx + w.y * ny + w.z * nz;
+    const double magnitude = mx * std::abs(w.x) + my * std::abs(w.y) + mz * std::abs(w.z);
+    const bool certain = std::abs(determinant) > bound_3d * magnitude;
+    sides[i] = certain ? -sign_of(determinant) : orient3d(a, b, c, d[i]);
+  }
+  return sides;
+}
+
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis) {
   const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   const double left = (a[u] - c[u]) * (b[v] - c[v]), right = (a[v] - c[v]) * (b[u] - c[u]);

@@ -25,10 +25,20 @@ void require_valid(const BvhOptions& options) {
   }
 }
 
+int stride_of(int axes) { return axes <= 8 ? 16 : 32; }
+
 float as_float(float value) { return value; }
 float as_float(std::uint16_t value) { return half_to_float(value); }
 
 }  // namespace
+
+Vec3d box_axis(const BvhNode& node, int index) {
+  const float *u = node.box_axis, *v = u + 3;
+  const Vec3d first{u[0], u[1], u[2]}, second{v[0], v[1], v[2]};
+  if (index < 2) return index == 0 ? first : second;
+  return {first.y * second.z - first.z * second.y, first.z * second.x - first.x * second.z,
+          first.x * second.y - first.y * second.x};
+}
 
 KdopBvh::KdopBvh(std::shared_ptr<const CollisionMesh> mesh, const BvhOptions& options)
     : mesh_(std::move(mesh)), options_(options) {
@@ -40,34 +50,39 @@ KdopBvh::KdopBvh(std::shared_ptr<const CollisionMesh> mesh, const BvhOptions& op
 }
 
 std::size_t KdopBvh::nbytes() const {
-  return nodes_.size() * sizeof(BvhNode) + boxes_.size() * sizeof(float) +
+  return nodes_.size() * sizeof(BvhNode) +
          (own_f32_.size() + child_f32_.size() + leaf_vertices_.size()) * sizeof(float) +
-         (own_f16_.size() + child_f16_.size()) * 2 + triangle_order_.size() * 4;
+         (own_f16_.size() + child_f16_.size() + own_i16_.size()) * 2 + triangle_order_.size() * 4;
 }
 
 BvhView KdopBvh::view() const {
-  const bool half = options_.slabs == SlabFormat::float16;
+  const bool hybrid = options_.traversal == Traversal::hybrid;
+  const bool half = !hybrid && options_.slabs == SlabFormat::float16, single = !hybrid && !half;
   const int axes = options_.axes.count();
   return {.nodes = nodes_.data(),
-          .boxes = boxes_.empty() ? nullptr : boxes_.data(),
-          .slabs_f32 = {half ? nullptr : own_f32_.data(), half ? nullptr : child_f32_.data()},
+          .has_boxes = hybrid,
+          .slabs_f32 = {single ? own_f32_.data() : nullptr, single ? child_f32_.data() : nullptr},
           .slabs_f16 = {half ? own_f16_.data() : nullptr, half ? child_f16_.data() : nullptr},
+          .slabs_i16 = {hybrid ? own_i16_.data() : nullptr, slab_unit_m_},
           .leaf_vertices = leaf_vertices_.data(),
           .axis_count = axes,
-          .stride = axes <= 8 ? 16 : 32};
+          .stride = stride_of(axes)};
+}
+
+double KdopBvh::support(std::size_t node, int orientation) const {
+  const int axes = options_.axes.count(), stride = stride_of(axes);
+  const int slot = orientation < axes ? orientation : stride / 2 + orientation - axes;
+  const std::size_t at = node * static_cast<std::size_t>(stride) + static_cast<std::size_t>(slot);
+  if (!own_i16_.empty()) return static_cast<double>(own_i16_[at]) * static_cast<double>(slab_unit_m_);
+  const Vec3d d = options_.axes.orientation(orientation);
+  const BvhNode& n = nodes_[node];
+  const double slab = own_f32_.empty() ? as_float(own_f16_[at]) : as_float(own_f32_[at]);
+  return slab * n.slab_unit + d.x * n.origin[0] + d.y * n.origin[1] + d.z * n.origin[2];
 }
 
 std::vector<double> KdopBvh::supports(std::size_t node) const {
-  const BvhView v = view();
   std::vector<double> out;
-  for (int o = 0; o < options_.axes.k(); ++o) {
-    const std::size_t at = node * static_cast<std::size_t>(v.stride) +
-                           static_cast<std::size_t>(o < v.axis_count ? o : v.stride / 2 + o - v.axis_count);
-    const Vec3d d = options_.axes.orientation(o);
-    const BvhNode& n = nodes_[node];
-    const double slab = own_f32_.empty() ? as_float(own_f16_[at]) : as_float(own_f32_[at]);
-    out.push_back(slab * n.slab_unit + d.x * n.origin[0] + d.y * n.origin[1] + d.z * n.origin[2]);
-  }
+  for (int o = 0; o < options_.axes.k(); ++o) out.push_back(support(node, o));
   return out;
 }
 

@@ -18,6 +18,7 @@ enum class Construction { longest_axis, extended_longest_axis, batch_neural_gas,
 /// box against up to sixteen.
 enum class Traversal { scalar, simd_orientations, one_vs_sixteen, four_vs_four, hybrid };
 
+/// Of the traversals other than hybrid, whose hierarchies keep 16-bit integers (bvh_view.hpp).
 enum class SlabFormat { float32, float16 };
 
 struct BvhOptions {
@@ -44,6 +45,9 @@ struct AlignedAllocator {
 template <class T>
 using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
+/// The axis of a node's oriented box, of three, thinnest first.
+Vec3d box_axis(const BvhNode& node, int index);
+
 /// A wrapped hierarchy of k-DOPs over a mesh's triangles: every node's slabs enclose exactly its triangles', rounded
 /// outward, not its children's volumes (SIMDop, Sec. IV-A). Immutable.
 class KdopBvh {
@@ -66,7 +70,9 @@ class KdopBvh {
   BvhView view() const;
   /// A node's support values, k of them (orientations of axes()), metres relative to the mesh's centre.
   std::vector<double> supports(std::size_t node) const;
-  /// The same of a child as its parent's rows have it.
+  /// One of them.
+  double support(std::size_t node, int orientation) const;
+  /// The same of a child as its parent's rows have it, in a hierarchy with such rows.
   std::vector<double> block_supports(std::size_t parent, int lane) const;
 
  private:
@@ -75,9 +81,10 @@ class KdopBvh {
   std::shared_ptr<const CollisionMesh> mesh_;
   BvhOptions options_;
   AlignedVector<BvhNode> nodes_;
-  AlignedVector<float> boxes_;
   AlignedVector<float> own_f32_, child_f32_;
   AlignedVector<std::uint16_t> own_f16_, child_f16_;
+  AlignedVector<std::int16_t> own_i16_;
+  float slab_unit_m_ = 0;  // of own_i16_
   AlignedVector<float> leaf_vertices_;
   std::vector<std::uint32_t> triangle_order_;
   int depth_ = 0;

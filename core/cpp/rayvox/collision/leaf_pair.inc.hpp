@@ -1,8 +1,8 @@
 // The triangles of one leaf against those of another. The frame is b's leaf's: its origin, and its oriented box's axes
 // where it has one, in which the boxes of triangles on a flat patch are thin.
 
-/// Triangles of a leaf, corner by corner and coordinate by coordinate, and their boxes. Lanes beyond the last triangle
-/// hold anything.
+/// Triangles of a leaf, corner by corner and coordinate by coordinate, and their boxes, grown where said. Lanes beyond
+/// the last triangle hold anything.
 struct alignas(64) LeafTriangles {
   float corner[9][16];
   float low[3][16], high[3][16];
@@ -15,23 +15,30 @@ struct LeafFrame {
   float difference_error;  // of the difference of two corners in a coordinate
 };
 
-/// b_axes * rotation * transposed a_axes: both leaves keep their triangles along their boxes' axes. In float64: only
-/// the result is rounded.
-inline void turn_between_boxes(const double* rotation, const float* a_axes, const float* b_axes, float* out) {
-  double turned[9];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const float* axis = a_axes + 3 * j;
-      turned[3 * i + j] = rotation[3 * i] * static_cast<double>(axis[0]) +
-                          rotation[3 * i + 1] * static_cast<double>(axis[1]) +
-                          rotation[3 * i + 2] * static_cast<double>(axis[2]);
+/// Both leaves keep their triangles along their boxes' axes: rows, in float64.
+struct BoxAxes {
+  double row[3][3];
+
+  explicit BoxAxes(const BvhNode& node) {
+    for (int i = 0; i < 6; ++i) row[i / 3][i % 3] = static_cast<double>(node.box_axis[i]);
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      row[2][i] = row[0][j] * row[1][k] - row[0][k] * row[1][j];
     }
   }
+};
+
+/// b's axes * rotation * transposed a's axes. Only the result is rounded.
+inline void turn_between_boxes(const double* rotation, const BoxAxes& a, const BoxAxes& b, float* out) {
+  double turned[9];
   for (int i = 0; i < 3; ++i) {
-    const double x = static_cast<double>(b_axes[3 * i]), y = static_cast<double>(b_axes[3 * i + 1]),
-                 z = static_cast<double>(b_axes[3 * i + 2]);
+    const double* r = rotation + 3 * i;
+    for (int j = 0; j < 3; ++j) turned[3 * i + j] = r[0] * a.row[j][0] + r[1] * a.row[j][1] + r[2] * a.row[j][2];
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double* axis = b.row[i];
     for (int j = 0; j < 3; ++j) {
-      out[3 * i + j] = static_cast<float>(x * turned[j] + y * turned[3 + j] + z * turned[6 + j]);
+      out[3 * i + j] = static_cast<float>(axis[0] * turned[j] + axis[1] * turned[3 + j] + axis[2] * turned[6 + j]);
     }
   }
 }
@@ -47,11 +54,17 @@ inline LeafFrame leaf_frame(const BvhNode& a, const BvhNode& b, const FrameChang
                                    static_cast<double>(b.origin[i]));
   }
   const float x = offset[0], y = offset[1], z = offset[2];
-  if (has_box) turn_between_boxes(a_to_b.rotation, a.box_axis, b.box_axis, frame.rotation);
-  for (int i = 0; i < 3; ++i) {
-    const float* axis = b.box_axis + 3 * i;
-    frame.offset[i] = has_box ? axis[0] * x + axis[1] * y + axis[2] * z : offset[i];
-    for (int j = 0; j < 3 && !has_box; ++j) frame.rotation[3 * i + j] = a_to_b.rotation_f32[3 * i + j];
+  if (has_box) {
+    const BoxAxes b_axes(b);
+    turn_between_boxes(a_to_b.rotation, BoxAxes(a), b_axes, frame.rotation);
+    for (int i = 0; i < 3; ++i) {
+      const double* axis = b_axes.row[i];
+      frame.offset[i] = static_cast<float>(axis[0] * static_cast<double>(x) + axis[1] * static_cast<double>(y) +
+                                           axis[2] * static_cast<double>(z));
+    }
+  } else {
+    for (int i = 0; i < 3; ++i) frame.offset[i] = offset[i];
+    for (int i = 0; i < 9; ++i) frame.rotation[i] = a_to_b.rotation_f32[i];
   }
   // In units of reach: a's corners rounded when stored (1) along axes orthogonal up to rounding (6), turned by a
   // rounded matrix (2), moved by a rounded offset (5) and added up (4); b's corners (1); and a little.
@@ -62,13 +75,13 @@ inline LeafFrame leaf_frame(const BvhNode& a, const BvhNode& b, const FrameChang
 }
 
 template <class L>
-void find_boxes(LeafTriangles& out, int l, const typename L::Float (&corner)[3][3]) {
+void find_boxes(LeafTriangles& out, int l, float slack, const typename L::Float (&corner)[3][3]) {
   auto extent = L::broadcast(0.0f);
   for (int c = 0; c < 3; ++c) {
     const auto low = L::min(L::min(corner[0][c], corner[1][c]), corner[2][c]);
     const auto high = L::max(L::max(corner[0][c], corner[1][c]), corner[2][c]);
-    L::store(out.low[c] + l, low);
-    L::store(out.high[c] + l, high);
+    L::store(out.low[c] + l, L::subtract(low, L::broadcast(slack)));
+    L::store(out.high[c] + l, L::add(high, L::broadcast(slack)));
     extent = L::max(extent, L::subtract(high, low));
   }
   L::store(out.extent + l, extent);
@@ -87,7 +100,7 @@ void copy_triangles(const float* vertices, int count, LeafTriangles& out) {
     typename L::Float corner[3][3];
     load_triangles<L>(vertices, count, l, corner);
     for (int k = 0; k < 9; ++k) L::store(out.corner[k] + l, corner[k / 3][k % 3]);
-    find_boxes<L>(out, l, corner);
+    find_boxes<L>(out, l, 0, corner);
   }
 }
 
@@ -105,7 +118,7 @@ void place_triangles(const float* vertices, int count, const LeafFrame& frame, L
         L::store(out.corner[3 * k + c] + l, moved[k][c]);
       }
     }
-    find_boxes<L>(out, l, moved);
+    find_boxes<L>(out, l, frame.difference_error, moved);
   }
 }
 
@@ -131,17 +144,17 @@ struct alignas(64) TrianglePairs {
   int count = 0;
 };
 
+/// `of_a`'s boxes are grown by what rounding may take.
 template <class L>
-void find_pairs(const LeafTriangles& of_a, unsigned in_reach, const LeafTriangles& of_b, int count_b, float slack,
+void find_pairs(const LeafTriangles& of_a, unsigned in_reach, const LeafTriangles& of_b, int count_b,
                 TrianglePairs& pairs) {
   for (; in_reach; in_reach &= in_reach - 1) {
     const int i = __builtin_ctz(in_reach);
-    float low[3], high[3];
-    for (int c = 0; c < 3; ++c) low[c] = of_a.low[c][i] - slack, high[c] = of_a.high[c][i] + slack;
-    for (unsigned in = triangles_in_box<L>(of_b, count_b, low, high); in; in &= in - 1) {
-      pairs.a[pairs.count] = i;
-      pairs.b[pairs.count++] = __builtin_ctz(in);
-    }
+    const float low[3] = {of_a.low[0][i], of_a.low[1][i], of_a.low[2][i]};
+    const float high[3] = {of_a.high[0][i], of_a.high[1][i], of_a.high[2][i]};
+    const unsigned found = triangles_in_box<L>(of_b, count_b, low, high);
+    L::store_set_bits(found, i, pairs.a + pairs.count, pairs.b + pairs.count);
+    pairs.count += __builtin_popcount(found);
   }
 }
 
@@ -190,20 +203,19 @@ bool settle_pairs(const TraversalQuery& q, const BvhNode& a, const BvhNode& b, c
 /// Reports the contacts of one leaf pair; true if the traversal is to end.
 template <class L>
 bool leaf_pair(const TraversalQuery& q, const BvhNode& a, const BvhNode& b) {
-  const bool has_box = q.b.boxes != nullptr;
+  const bool has_box = q.b.has_boxes;
   const LeafFrame frame = leaf_frame(a, b, q.pose->a_to_b, has_box);
-  const float slack = frame.difference_error;
   LeafTriangles of_a, of_b;
   place_triangles<L>(q.a.leaf_vertices + 9 * std::size_t{a.first}, a.count, frame, of_a);
   unsigned in_reach = (1u << a.count) - 1;
   if (has_box) {
     float low[3], high[3];
-    for (int c = 0; c < 3; ++c) low[c] = -(high[c] = b.box_half[c] + slack);
+    for (int c = 0; c < 3; ++c) low[c] = -(high[c] = b.box_half[c]);
     in_reach = triangles_in_box<L>(of_a, a.count, low, high);
     if (!in_reach) return false;
   }
   copy_triangles<L>(q.b.leaf_vertices + 9 * std::size_t{b.first}, b.count, of_b);
   TrianglePairs pairs;
-  find_pairs<L>(of_a, in_reach, of_b, b.count, slack, pairs);
+  find_pairs<L>(of_a, in_reach, of_b, b.count, pairs);
   return pairs.count > 0 && settle_pairs<L>(q, a, b, of_a, of_b, pairs, frame.difference_error);
 }

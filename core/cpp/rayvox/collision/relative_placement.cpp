@@ -61,13 +61,20 @@ Coefficients coefficients_in(const AxisCone& cone, const Vec3d& direction) {
 
 double least(const Coefficients& c) { return std::min({c[0], c[1], c[2]}); }
 
+struct InCone {
+  const AxisCone* cone;
+  Coefficients coefficients;
+};
+
 // `chosen` was found in float32: where a direction lies near a border between cones, it may be the neighbour.
-const AxisCone& cone_of(const std::vector<AxisCone>& cones, int chosen, const Vec3d& direction) {
+InCone cone_of(const std::vector<AxisCone>& cones, int chosen, const Vec3d& direction) {
   const AxisCone& likely = cones[static_cast<std::size_t>(chosen)];
-  if (least(coefficients_in(likely, direction)) >= 0) return likely;
-  return *std::max_element(cones.begin(), cones.end(), [&](const AxisCone& x, const AxisCone& y) {
+  const Coefficients found = coefficients_in(likely, direction);
+  if (least(found) >= 0) return {&likely, found};
+  const AxisCone& nearest = *std::max_element(cones.begin(), cones.end(), [&](const AxisCone& x, const AxisCone& y) {
     return least(coefficients_in(x, direction)) < least(coefficients_in(y, direction));
   });
+  return {&nearest, coefficients_in(nearest, direction)};
 }
 
 }  // namespace
@@ -118,7 +125,26 @@ void PairTables::prepare(const Placement& placement, RelativePose& pose) const {
   set_frame_change(pose.b_to_a, placement.rotation, placement.translation);
   set_inverse(pose.a_to_b, placement);
   enclose_slabs(pose.b_to_a);
-  enclose_slabs(pose.a_to_b);
+  if (a_.options().traversal == Traversal::hybrid)
+    align_kdops(pose);
+  else
+    enclose_slabs(pose.a_to_b);
+}
+
+void PairTables::align_kdops(RelativePose& pose) const {
+  const FrameChange& change = pose.b_to_a;
+  const BvhView a = a_.view(), b = b_.view();
+  const float per_unit = 1 / a.slabs_i16.unit_m, scale = -b.slabs_i16.unit_m * per_unit;
+  const float* t = change.translation_f32;
+  for (int i = 0; i < a.stride; ++i) {
+    const auto& axis = orientations_.coordinate;
+    const float moved = axis[0][i] * t[0] + axis[1][i] * t[1] + axis[2][i] * t[2];
+    pose.kdop.base[i] = (moved - pose.margin_m) * per_unit;
+    for (int j = 0; j < 3; ++j) {
+      pose.kdop.coefficient[j][i] = scale * change.coefficient[j][i];
+      pose.kdop.index[j][i] = change.index[j][i];
+    }
+  }
 }
 
 void PairTables::enclose_slabs(FrameChange& change) const {
@@ -141,10 +167,9 @@ void PairTables::enclose_slabs(FrameChange& change) const {
   std::fill_n(&change.index[0][0], 96, 0);
   std::fill_n(&change.block_row[0][0], 96, 0);
   for (int i = 0; i < n; ++i) {
-    const AxisCone& cone = cone_of(axes.cones(), chosen[i], exact[i]);
-    const Coefficients parts = coefficients_in(cone, exact[i]);
+    const auto [cone, parts] = cone_of(axes.cones(), chosen[i], exact[i]);
     for (std::size_t j = 0; j < 3; ++j) {
-      const int corner = cone.corner[j] % n, reversed = cone.corner[j] / n;
+      const int reversed = cone->corner[j] >= n, corner = cone->corner[j] - reversed * n;
       // On a border between cones rounding makes a coefficient a negative number of the order of 1e-16.
       const auto coefficient = static_cast<float>(std::max(parts[j], 0.0));
       // Slot i is reached by what the opposite of axis i supports, slot half + i by what axis i does.
@@ -158,9 +183,13 @@ void PairTables::enclose_slabs(FrameChange& change) const {
 }
 
 std::size_t PairTables::stack_capacity() const {
-  const auto most_pushed = [](const KdopBvh& bvh) { return static_cast<std::size_t>(bvh.options().branching_factor); };
+  // A traversal takes one pair at a time and pushes the children of both, or up to sixteen and pushes those of one of
+  // each. Pairs lie in the order of their level, deepest last, and a level grows only when all of it was taken.
+  constexpr std::size_t most_taken = 16;
+  const auto branches_a = static_cast<std::size_t>(a_.options().branching_factor);
+  const auto branches_b = static_cast<std::size_t>(b_.options().branching_factor);
   const std::size_t levels = static_cast<std::size_t>(a_.depth() + b_.depth() + 1);
-  return levels * most_pushed(a_) * most_pushed(b_) + 1;
+  return levels * std::max(branches_a * branches_b, most_taken * std::max(branches_a, branches_b)) + most_taken;
 }
 
 }  // namespace rayvox

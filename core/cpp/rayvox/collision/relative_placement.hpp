@@ -38,6 +38,7 @@ class PairTables {
 
  private:
   void enclose_slabs(FrameChange& change) const;
+  void align_kdops(RelativePose& pose) const;
 
   const KdopBvh &a_, &b_;
   const CollisionKernels& kernels_;

@@ -122,16 +122,15 @@ class SelfCollisionQuery {
     if (placed.box_placed) return placed;
     const BvhNode& root = robot_.links_[link]->nodes()[0];
     const double* T = T_map_links_ + 16 * link;
-    const auto turned = [&](const float* v) {
-      const Vec3d p{v[0], v[1], v[2]};
+    const auto turned = [&](const Vec3d& p) {
       return Vec3d{T[0] * p.x + T[1] * p.y + T[2] * p.z, T[4] * p.x + T[5] * p.y + T[6] * p.z,
                    T[8] * p.x + T[9] * p.y + T[10] * p.z};
     };
     for (int j = 0; j < 3; ++j) {
-      placed.box.axis[j] = turned(root.box_axis + 3 * j);
+      placed.box.axis[j] = turned(box_axis(root, j));
       placed.box.half[j] = static_cast<double>(root.box_half[j]);
     }
-    placed.box_centre = placed.centre + turned(root.origin);
+    placed.box_centre = placed.centre + turned({root.origin[0], root.origin[1], root.origin[2]});
     placed.box_placed = true;
     return placed;
   }

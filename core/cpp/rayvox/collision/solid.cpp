@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "rayvox/collision/exact_predicates.hpp"
-#include "rayvox/collision/half_float.hpp"
 
 namespace rayvox {
 namespace {
@@ -34,18 +33,10 @@ struct Ray {
 };
 
 bool may_meet(const KdopBvh& bvh, const Ray& ray, std::uint32_t index) {
-  const BvhView view = bvh.view();
-  const BvhNode& node = view.nodes[index];
-  const KdopAxes& axes = bvh.options().axes;
-  const auto slab = [&](int slot) {
-    const std::size_t at = std::size_t{index} * static_cast<std::size_t>(view.stride) + static_cast<std::size_t>(slot);
-    return (view.slabs_f32.own ? view.slabs_f32.own[at] : half_to_float(view.slabs_f16.own[at])) * node.slab_unit;
-  };
-  for (int i = 0; i < axes.count(); ++i) {
-    const auto origin = static_cast<float>(axes[i].x * static_cast<double>(node.origin[0]) +
-                                           axes[i].y * static_cast<double>(node.origin[1]) +
-                                           axes[i].z * static_cast<double>(node.origin[2]));
-    if (slab(i) + origin < ray.low[i] || origin - slab(view.stride / 2 + i) > ray.high[i]) return false;
+  const int axes = bvh.options().axes.count();
+  for (int i = 0; i < axes; ++i) {
+    if (bvh.support(index, i) < static_cast<double>(ray.low[i])) return false;
+    if (-bvh.support(index, axes + i) > static_cast<double>(ray.high[i])) return false;
   }
   return true;
 }

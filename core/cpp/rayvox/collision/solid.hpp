@@ -42,7 +42,10 @@ class Solid {
   struct Box {
     Vec3d low, high;
     bool holds(const Vec3d& p) const {
-      return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+      // Without branches: which of these fails is anyone's guess.
+      return static_cast<bool>(static_cast<int>(p.x >= low.x) & static_cast<int>(p.x <= high.x) &
+                               static_cast<int>(p.y >= low.y) & static_cast<int>(p.y <= high.y) &
+                               static_cast<int>(p.z >= low.z) & static_cast<int>(p.z <= high.z));
     }
   };
   struct ClosedPart {

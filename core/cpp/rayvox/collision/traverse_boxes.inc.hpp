@@ -1,152 +1,224 @@
-// One oriented box against up to sixteen (the separating axis test of Gottschalk, Lin and Manocha, "OBBTree", 1996):
-// near the leaves a box along the surface is thinner than any k-DOP.
+// Hybrid traversal: pairs of nodes wait untested; as many as there are lanes are taken from the stack and their
+// oriented boxes tested at once (the separating axis test of Gottschalk, Lin and Manocha, "OBBTree", 1996), then the
+// k-DOPs of those left, one pair after the other and all orientations at once. Lanes are full however few children
+// nodes have, and what a pair will read is known when it is pushed, so that memory has time.
 
-/// A box in the frame of the node whose children it is tested against, relative to that node's origin.
-struct PlacedBox {
-  float centre[3], axis[3][3], half[3];
-};
-
-inline PlacedBox place_box(const BvhNode& from, const BvhNode& to, const FrameChange& change, float margin_m) {
-  PlacedBox box;
-  const Offset d = offset_between(from, to, change);
-  box.centre[0] = d.x, box.centre[1] = d.y, box.centre[2] = d.z;
-  const float* r = change.rotation_f32;
-  for (int i = 0; i < 3; ++i) {
-    const float* axis = from.box_axis + 3 * i;
-    for (int c = 0; c < 3; ++c) box.axis[i][c] = r[3 * c] * axis[0] + r[3 * c + 1] * axis[1] + r[3 * c + 2] * axis[2];
-    box.half[i] = from.box_half[i] + margin_m;
-  }
-  return box;
-}
-
-template <class L>
-typename L::Float along_axis(const float* axis, const typename L::Float* v) {
-  const auto xy = L::multiply_add(L::broadcast(axis[1]), v[1], L::multiply(L::broadcast(axis[0]), v[0]));
-  return L::multiply_add(L::broadcast(axis[2]), v[2], xy);
-}
-
-/// Sixteen boxes seen from a placed box: their centres' and axes' coordinates along its axes, L::width at a time.
+/// The boxes of L::width nodes: coordinates of their centres and axes, and half extents.
 template <class L>
 struct BoxLanes {
   using Float = typename L::Float;
-  const PlacedBox& box;
-  const float* rows;
-  int count;
-  Float d[3], half[3], along[3], r[3][3], abs_r[3][3];
+  Float centre[3], axis[3][3], half[3];
 
-  /// `first`: the first row from the first lane on; `n` values a row.
-  BoxLanes(const PlacedBox& b, const float* first, int n) : box(b), rows(first), count(n) {
+  explicit BoxLanes(const float* const* nodes) {
+    Float row[3][4];
+    for (int i = 0; i < 3; ++i) L::load_transposed(nodes, 4 * i, row[i]);
+    for (int i = 0; i < 12; ++i) {
+      const Float value = row[i / 4][i % 4];
+      if (i < 3)
+        centre[i] = value;
+      else if (i < 9)
+        axis[(i - 3) / 3][i % 3] = value;
+      else
+        half[i - 9] = value;
+    }
+  }
+  void find_third_axis() { cross<L>(axis[0], axis[1], axis[2]); }
+};
+
+template <class L>
+void turn(const float* rotation, const typename L::Float* v, typename L::Float* out) {
+  for (int i = 0; i < 3; ++i) {
+    const float* r = rotation + 3 * i;
+    const auto xy = L::multiply_add(L::broadcast(r[1]), v[1], L::multiply(L::broadcast(r[0]), v[0]));
+    out[i] = L::multiply_add(L::broadcast(r[2]), v[2], xy);
+  }
+}
+
+/// L::width pairs of boxes in b's frame, seen along their axes. a's half extents are widened by the margin.
+template <class L>
+struct BoxPairLanes {
+  using Float = typename L::Float;
+  BoxLanes<L> a, b;
+  Float margin, d[3];                    // between the centres
+  Float along[3], r[3][3], abs_r[3][3];  // d and b's axes along a's axes
+
+  BoxPairLanes(const float* const* nodes_a, const float* const* nodes_b, const FrameChange& a_to_b, float margin_m)
+      : a(nodes_a), b(nodes_b), margin(L::broadcast(margin_m)) {
+    Float turned[3];
+    turn<L>(a_to_b.rotation_f32, a.centre, turned);
     for (int c = 0; c < 3; ++c) {
-      d[c] = L::subtract(row(box_row::centre + c), L::broadcast(box.centre[c]));
-      half[c] = row(box_row::half + c);
+      const Float t = L::broadcast(a_to_b.translation_f32[c]);
+      d[c] = L::subtract(b.centre[c], L::add(turned[c], t));
+      a.half[c] = L::add(a.half[c], margin);
+    }
+    for (int i = 0; i < 2; ++i) {
+      turn<L>(a_to_b.rotation_f32, a.axis[i], turned);
+      for (int c = 0; c < 3; ++c) a.axis[i][c] = turned[c];
+    }
+    a.find_third_axis();
+    b.find_third_axis();
+    for (int i = 0; i < 3; ++i) {
+      along[i] = dot<L>(a.axis[i], d);
+      for (int j = 0; j < 3; ++j) abs_r[i][j] = L::abs(r[i][j] = dot<L>(a.axis[i], b.axis[j]));
     }
   }
 
-  Float row(int index) const { return L::load(rows + index * count); }
-  Float axis(int j, int c) const { return row(box_row::axis + 3 * j + c); }
-
-  void project(int i) {
-    along[i] = along_axis<L>(box.axis[i], d);
-    for (int j = 0; j < 3; ++j) {
-      const Float axis_j[3] = {axis(j, 0), axis(j, 1), axis(j, 2)};
-      r[i][j] = along_axis<L>(box.axis[i], axis_j);
-      abs_r[i][j] = L::abs(r[i][j]);
-    }
-  }
-  /// Lanes that the placed box's axis i separates; after project(i).
-  unsigned apart_on_placed(int i) const {
-    Float reach = L::multiply_add(half[0], abs_r[i][0], L::broadcast(box.half[i]));
-    reach = L::multiply_add(half[1], abs_r[i][1], reach);
-    reach = L::multiply_add(half[2], abs_r[i][2], reach);
+  /// Lanes that a's axis i separates.
+  unsigned apart_on_a(int i) const {
+    Float reach = L::multiply_add(b.half[0], abs_r[i][0], a.half[i]);
+    reach = L::multiply_add(b.half[1], abs_r[i][1], reach);
+    reach = L::multiply_add(b.half[2], abs_r[i][2], reach);
     return L::bits(L::greater(L::abs(along[i]), reach));
   }
-  /// Lanes that their own axis j separates; after all three project.
-  unsigned apart_on_lane(int j) const {
-    Float at = L::multiply(d[0], axis(j, 0));
-    at = L::multiply_add(d[1], axis(j, 1), at);
-    at = L::multiply_add(d[2], axis(j, 2), at);
-    Float reach = L::multiply_add(L::broadcast(box.half[0]), abs_r[0][j], half[j]);
-    reach = L::multiply_add(L::broadcast(box.half[1]), abs_r[1][j], reach);
-    reach = L::multiply_add(L::broadcast(box.half[2]), abs_r[2][j], reach);
-    return L::bits(L::greater(L::abs(at), reach));
+  unsigned apart_on_b(int j) const {
+    Float reach = L::multiply_add(a.half[0], abs_r[0][j], b.half[j]);
+    reach = L::multiply_add(a.half[1], abs_r[1][j], reach);
+    reach = L::multiply_add(a.half[2], abs_r[2][j], reach);
+    return L::bits(L::greater(L::abs(dot<L>(b.axis[j], d)), reach));
   }
   /// Lanes that the cross product of axes i and j separates. Where the two are parallel both sides are rounding
   /// errors, which the margin exceeds.
-  unsigned apart_on_cross(int i, int j, float margin_m) const {
+  unsigned apart_on_cross(int i, int j) const {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
     const Float at = L::multiply_subtract(along[i2], r[i1][j], L::multiply(along[i1], r[i2][j]));
-    Float reach = L::multiply_add(L::broadcast(box.half[i1]), abs_r[i2][j], L::broadcast(margin_m));
-    reach = L::multiply_add(L::broadcast(box.half[i2]), abs_r[i1][j], reach);
-    reach = L::multiply_add(half[j1], abs_r[i][j2], reach);
-    reach = L::multiply_add(half[j2], abs_r[i][j1], reach);
+    Float reach = L::multiply_add(a.half[i1], abs_r[i2][j], margin);
+    reach = L::multiply_add(a.half[i2], abs_r[i1][j], reach);
+    reach = L::multiply_add(b.half[j1], abs_r[i][j2], reach);
+    reach = L::multiply_add(b.half[j2], abs_r[i][j1], reach);
     return L::bits(L::greater(L::abs(at), reach));
   }
 };
 
+/// Pairs taken from the stack: `count` of them, beyond which the lanes hold pairs that were looked at before.
 template <class L>
-unsigned overlapped_boxes(const PlacedBox& box, const float* rows, int count, unsigned alive, float margin_m,
-                          TraversalCounts& counts) {
-  BoxLanes<L> lanes(box, rows, count);
-  lanes.project(0);
-  ++counts.axis_tests;
-  alive &= ~lanes.apart_on_placed(0);
+struct PairBatch {
+  std::uint64_t pair[L::width];
+  int count;
+
+  std::uint32_t a(int lane) const { return static_cast<std::uint32_t>(pair[lane] >> 32); }
+  std::uint32_t b(int lane) const { return static_cast<std::uint32_t>(pair[lane]); }
+};
+
+/// The pairs whose boxes overlap.
+template <class L>
+unsigned overlapped_boxes(const TraversalQuery& q, const PairBatch<L>& batch) {
+  const float *nodes_a[L::width], *nodes_b[L::width];
+  for (int l = 0; l < L::width; ++l) nodes_a[l] = q.a.nodes[batch.a(l)].origin;
+  for (int l = 0; l < L::width; ++l) nodes_b[l] = q.b.nodes[batch.b(l)].origin;
+  q.counts->node_pairs += static_cast<unsigned>(batch.count);
+  q.counts->axis_tests += 6;
+  const BoxPairLanes<L> boxes(nodes_a, nodes_b, q.pose->a_to_b, q.pose->margin_m);
+  unsigned alive = (1u << batch.count) - 1;
+  for (int i = 0; i < 3; ++i) alive &= ~(boxes.apart_on_a(i) | boxes.apart_on_b(i));
   if (!alive) return 0;
-  lanes.project(1);
-  lanes.project(2);
-  counts.axis_tests += 5;
-  alive &= ~(lanes.apart_on_placed(1) | lanes.apart_on_placed(2));
-  alive &= ~(lanes.apart_on_lane(0) | lanes.apart_on_lane(1) | lanes.apart_on_lane(2));
-  for (int i = 0; i < 3 && alive; ++i) {
-    counts.axis_tests += 3;
-    for (int j = 0; j < 3; ++j) alive &= ~lanes.apart_on_cross(i, j, margin_m);
-  }
+  q.counts->axis_tests += 9;
+  for (int k = 0; k < 9; ++k) alive &= ~boxes.apart_on_cross(k / 3, k % 3);
   return alive;
 }
 
-template <class L>
-unsigned box_vs_children(const BvhNode& a, const BvhView& to, const BvhNode& b, const FrameChange& change,
-                         float margin_m, unsigned wanted, TraversalCounts& counts) {
-  const PlacedBox box = place_box(a, b, change, margin_m);
-  const float* rows = to.boxes + box_rows * std::size_t{b.first};
-  unsigned alive = 0;
-  for (int l = 0; l < b.count; l += L::width) {
-    const unsigned here = wanted >> l & ((1u << L::width) - 1);
-    if (here) alive |= overlapped_boxes<L>(box, rows + l, b.count, here, margin_m, counts) << l;
-  }
-  return alive;
-}
-
-template <class L, class Slab>
-unsigned children_in_reach(const TraversalQuery& q, const BvhView& from, std::uint32_t a, const BvhView& to,
-                           std::uint32_t b, const FrameChange& change) {
-  alignas(64) float threshold[32];
-  const BvhNode &na = from.nodes[a], &nb = to.nodes[b];
-  // Near the leaves boxes are the thinner volumes, above them k-DOPs: the likelier test to end it all comes first.
-  unsigned children = (1u << nb.count) - 1;
-  const bool boxes_first = nb.above_leaves;
-  if (boxes_first) children = box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts);
-  if (!children) return 0;
-  realign<L>(own_slabs<Slab>(from, a), na, nb, change, *q.pose->orientations, q.pose->margin_m, to.stride, threshold);
-  children &= overlapped_children<L, Slab>(to, nb, threshold, children, *q.counts);
-  if (boxes_first || !children) return children;
-  return box_vs_children<L>(na, to, nb, change, q.pose->margin_m, children, *q.counts);
-}
-
-template <class L, class Slab>
-void hybrid(const TraversalQuery& q) {
-  const RelativePose& pose = *q.pose;
-  traverse_from_roots<L>(q, [&](std::uint32_t a, std::uint32_t b, std::size_t waiting) {
-    const BvhNode &na = q.a.nodes[a], &nb = q.b.nodes[b];
-    if (descends_into_b(na, nb)) {
-      const unsigned children = children_in_reach<L, Slab>(q, q.a, a, q.b, b, pose.a_to_b);
-      return push_children(q.stack, waiting, children, pair_of(a, nb.first), 1);
+/// Those of the pairs `alive` whose k-DOPs overlap: b's re-enclosed in a's axes.
+template <class L, int stride>
+unsigned overlapped_kdops(const TraversalQuery& q, const PairBatch<L>& batch, unsigned alive) {
+  const std::int16_t *of_a = q.a.slabs_i16.own, *of_b = q.b.slabs_i16.own;
+  const KdopAlignment& align = q.pose->kdop;
+  unsigned overlapped = 0;
+  for (unsigned left = alive; left; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    const std::int16_t* a = of_a + std::size_t{batch.a(lane)} * stride;
+    const typename L::template Table<stride> table(of_b + std::size_t{batch.b(lane)} * stride);
+    auto reached = L::first(L::width);
+    for (int i = 0; i < stride; i += L::width) {
+      auto least = L::load(align.base + i);
+      for (int j = 0; j < 3; ++j) {
+        least = L::multiply_add(L::load(align.coefficient[j] + i), table.lookup(align.index[j] + i), least);
+      }
+      reached = L::both(reached, L::not_less(L::load(a + i), least));
     }
-    const unsigned children = children_in_reach<L, Slab>(q, q.b, b, q.a, a, pose.b_to_a);
-    return push_children(q.stack, waiting, children, pair_of(na.first, b), std::uint64_t{1} << 32);
-  });
+    overlapped |= static_cast<unsigned>(L::bits(reached) == (1u << L::width) - 1) << lane;
+  }
+  q.counts->axis_tests += static_cast<unsigned>(__builtin_popcount(alive) * q.a.axis_count);
+  return overlapped;
 }
+
+inline void prefetch_slabs(const BvhView& v, std::uint32_t node) {
+  __builtin_prefetch(v.slabs_i16.own + std::size_t{node} * static_cast<unsigned>(v.stride));
+}
+
+inline void prefetch_triangles(const BvhView& v, const BvhNode& leaf) {
+  const float* vertices = v.leaf_vertices + 9 * std::size_t{leaf.first};
+  for (int i = 0; i < 9 * leaf.count + 15; i += 16) __builtin_prefetch(vertices + i);
+}
+
+template <class L, int stride>
+class HybridTraversal {
+ public:
+  explicit HybridTraversal(const TraversalQuery& q) : q_(q) {}
+
+  void run() {
+    q_.stack[waiting_++] = 0;
+    while (waiting_ > 0) {
+      const PairBatch<L> batch = take();
+      const unsigned near = overlapped_boxes<L>(q_, batch);
+      for (unsigned left = near; left; left &= left - 1) {
+        prefetch_slabs(q_.a, batch.a(__builtin_ctz(left)));
+        prefetch_slabs(q_.b, batch.b(__builtin_ctz(left)));
+      }
+      // Meanwhile the triangles of the last batch's pairs of leaves have come.
+      if (settle_leaves()) return;
+      for (unsigned left = overlapped_kdops<L, stride>(q_, batch, near); left; left &= left - 1) {
+        open(batch.pair[__builtin_ctz(left)]);
+      }
+    }
+    settle_leaves();
+  }
+
+ private:
+  PairBatch<L> take() {
+    PairBatch<L> batch;
+    batch.count = waiting_ < L::width ? static_cast<int>(waiting_) : L::width;
+    waiting_ -= static_cast<std::size_t>(batch.count);
+    for (int l = 0; l < L::width; ++l) batch.pair[l] = q_.stack[waiting_ + static_cast<unsigned>(l)];
+    return batch;
+  }
+
+  // The larger of the two is opened.
+  void open(std::uint64_t pair) {
+    const auto a = static_cast<std::uint32_t>(pair >> 32), b = static_cast<std::uint32_t>(pair);
+    const BvhNode &na = q_.a.nodes[a], &nb = q_.b.nodes[b];
+    if (na.is_leaf && nb.is_leaf) {
+      prefetch_triangles(q_.a, na);
+      prefetch_triangles(q_.b, nb);
+      leaves_[leaf_count_++] = pair;
+      return;
+    }
+    const bool into_b = descends_into_b(na, nb);
+    const BvhNode* children = into_b ? q_.b.nodes + nb.first : q_.a.nodes + na.first;
+    const unsigned count = into_b ? nb.count : na.count;
+    std::uint64_t next = into_b ? pair_of(a, nb.first) : pair_of(na.first, b);
+    const std::uint64_t step = into_b ? 1 : std::uint64_t{1} << 32;
+    for (unsigned i = 0; i < count; ++i, next += step) {
+      __builtin_prefetch(children + i);
+      q_.stack[waiting_ + i] = next;
+    }
+    waiting_ += count;
+  }
+
+  bool settle_leaves() {
+    for (int i = 0; i < leaf_count_; ++i) {
+      const auto a = static_cast<std::uint32_t>(leaves_[i] >> 32), b = static_cast<std::uint32_t>(leaves_[i]);
+      if (leaf_pair<L>(q_, q_.a.nodes[a], q_.b.nodes[b])) return true;
+    }
+    leaf_count_ = 0;
+    return false;
+  }
+
+  const TraversalQuery& q_;
+  std::size_t waiting_ = 0;
+  std::uint64_t leaves_[L::width];
+  int leaf_count_ = 0;
+};
 
 template <class L>
 void traverse_hybrid(const TraversalQuery& q) {
-  q.a.slabs_f16.own ? hybrid<L, std::uint16_t>(q) : hybrid<L, float>(q);
+  q.a.stride == 16 ? HybridTraversal<L, 16>(q).run() : HybridTraversal<L, 32>(q).run();
 }

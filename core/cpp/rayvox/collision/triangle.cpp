@@ -82,11 +82,6 @@ bool segment_meets(const Vec3d& p, const Vec3d& q, int side_p, int side_q, const
   return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
 }
 
-std::array<int, 3> sides(const Triangle& plane, const Triangle& corners) {
-  return {orient3d(plane[0], plane[1], plane[2], corners[0]), orient3d(plane[0], plane[1], plane[2], corners[1]),
-          orient3d(plane[0], plane[1], plane[2], corners[2])};
-}
-
 bool strictly_one_sided(const std::array<int, 3>& side) {
   return side[0] != 0 && side[0] == side[1] && side[1] == side[2];
 }
@@ -103,9 +98,9 @@ bool an_edge_meets(const Triangle& edges, const std::array<int, 3>& side, const 
 
 bool triangles_touch(const Triangle& a, const Triangle& b) {
   // An extreme point of the intersection lies on an edge of one of the two.
-  const std::array<int, 3> side_of_b = sides(a, b);
+  const std::array<int, 3> side_of_b = orient3d(a[0], a[1], a[2], b);
   if (strictly_one_sided(side_of_b)) return false;
-  const std::array<int, 3> side_of_a = sides(b, a);
+  const std::array<int, 3> side_of_a = orient3d(b[0], b[1], b[2], a);
   if (strictly_one_sided(side_of_a)) return false;
   return an_edge_meets(a, side_of_a, b) || an_edge_meets(b, side_of_b, a);
 }

@@ -5,6 +5,17 @@
 #include "rayvox/error.hpp"
 
 namespace rayvox {
+namespace {
+
+void put_box(BoxBlock& boxes, int lane, const BvhNode& node) {
+  for (int c = 0; c < 3; ++c) {
+    boxes.centre[c][lane] = node.origin[c];
+    boxes.half[c][lane] = node.box_half[c];
+    for (int j = 0; j < 3; ++j) boxes.axis[j][c][lane] = static_cast<float>(box_axis(node, j)[c]);
+  }
+}
+
+}  // namespace
 
 LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh) : LinkBody(bvh, std::make_shared<const LinkSolid>(bvh)) {}
 
@@ -18,14 +29,8 @@ LinkBody::LinkBody(std::shared_ptr<const KdopBvh> bvh, std::shared_ptr<const Lin
   }
   const BvhNode& root = bvh_->nodes()[0];
   blocks_.emplace_back();
-  BoxBlock& boxes = blocks_[0].boxes;
-  boxes = {};
-  for (int c = 0; c < 3; ++c) {
-    boxes.centre[c][0] = root.origin[c];
-    boxes.half[c][0] = root.box_half[c];
-    for (int j = 0; j < 3; ++j) boxes.axis[j][c][0] = root.box_axis[3 * j + c];
-  }
-  Block around = blocks_[0];
+  Block around{};
+  put_box(around.boxes, 0, root);
   add_child(around, 0, 0);
   blocks_[0] = around;
 }
@@ -48,14 +53,8 @@ std::uint32_t LinkBody::add_block(std::uint32_t index) {
   const std::size_t at = blocks_.size();
   blocks_.emplace_back();
   Block block{};
-  const float* rows = bvh_->view().boxes + std::size_t{box_rows} * node.first;
-  const auto value = [&](int row, int lane) { return rows[row * node.count + lane]; };
   for (int lane = 0; lane < node.count; ++lane) {
-    for (int c = 0; c < 3; ++c) {
-      block.boxes.centre[c][lane] = node.origin[c] + value(box_row::centre + c, lane);
-      block.boxes.half[c][lane] = value(box_row::half + c, lane);
-      for (int j = 0; j < 3; ++j) block.boxes.axis[j][c][lane] = value(box_row::axis + 3 * j + c, lane);
-    }
+    put_box(block.boxes, lane, bvh_->nodes()[node.first + static_cast<std::uint32_t>(lane)]);
     add_child(block, lane, node.first + static_cast<std::uint32_t>(lane));
   }
   blocks_[at] = block;

@@ -27,8 +27,16 @@ struct alignas(64) FrameChange {
   float rotation_f32[9], translation_f32[3];
 };
 
+/// The same for hybrid traversal's slabs, about the meshes' centres and in a's unit: slab o of a must reach at least
+/// base[o] plus the sum over j of coefficient[j][o] times b's slab index[j][o] if the two overlap.
+struct alignas(64) KdopAlignment {
+  float base[32], coefficient[3][32];
+  std::int32_t index[3][32];
+};
+
 struct RelativePose {
   FrameChange a_to_b, b_to_a;
+  KdopAlignment kdop;  // for hybrid traversal
   const OrientationRows* orientations;
   float margin_m;  // more than float32 rounding takes from any bound
 };

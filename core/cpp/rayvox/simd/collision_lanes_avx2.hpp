@@ -13,6 +13,9 @@ struct CollisionLanes {
   static Float load(const std::uint16_t* p) {
     return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
   }
+  static Float load(const std::int16_t* p) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+  }
   static void store(float* p, Float v) { _mm256_storeu_ps(p, v); }
   static Float broadcast(float v) { return _mm256_set1_ps(v); }
 
@@ -50,6 +53,35 @@ struct CollisionLanes {
   /// table[index[lane]].
   static Float lookup(const float* table, int, const std::int32_t* index) {
     return _mm256_i32gather_ps(table, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
+  }
+  /// `size` values, to be looked up by index.
+  template <int size>
+  struct Table {
+    alignas(32) float value[size];
+    explicit Table(const std::int16_t* values) {
+      for (int i = 0; i < size; i += width) store(value + i, load(values + i));
+    }
+    Float lookup(const std::int32_t* index) const { return CollisionLanes::lookup(value, size, index); }
+  };
+  /// out[c] lane i = row[i][first + c]; rows of aligned floats, `first` a multiple of four.
+  static void load_transposed(const float* const* row, int first, Float* out) {
+    Float of[4];  // in four lanes each, four values of rows k and k + 4
+    for (int k = 0; k < 4; ++k) of[k] = _mm256_set_m128(_mm_load_ps(row[k + 4] + first), _mm_load_ps(row[k] + first));
+    const __m256d low01 = _mm256_castps_pd(_mm256_unpacklo_ps(of[0], of[1]));
+    const __m256d high01 = _mm256_castps_pd(_mm256_unpackhi_ps(of[0], of[1]));
+    const __m256d low23 = _mm256_castps_pd(_mm256_unpacklo_ps(of[2], of[3]));
+    const __m256d high23 = _mm256_castps_pd(_mm256_unpackhi_ps(of[2], of[3]));
+    out[0] = _mm256_castpd_ps(_mm256_unpacklo_pd(low01, low23));
+    out[1] = _mm256_castpd_ps(_mm256_unpackhi_pd(low01, low23));
+    out[2] = _mm256_castpd_ps(_mm256_unpacklo_pd(high01, high23));
+    out[3] = _mm256_castpd_ps(_mm256_unpackhi_pd(high01, high23));
+  }
+  /// The numbers of the set bits to `b_out`, and `a` as often to `a_out`; room for sixteen.
+  static void store_set_bits(unsigned bits, std::int32_t a, std::int32_t* a_out, std::int32_t* b_out) {
+    for (; bits; bits &= bits - 1) {
+      *a_out++ = a;
+      *b_out++ = __builtin_ctz(bits);
+    }
   }
   static float half_value(std::uint16_t half) { return _cvtsh_ss(half); }
 

@@ -20,6 +20,7 @@ struct CollisionLanes {
     __builtin_memcpy(&value, &bits, sizeof value);
     return value;
   }
+  static Float load(const std::int16_t* p) { return static_cast<float>(*p); }
   static void store(float* p, Float v) { *p = v; }
   static Float broadcast(float v) { return v; }
 
@@ -46,6 +47,24 @@ struct CollisionLanes {
 
   /// table[index[lane]].
   static Float lookup(const float* table, int, const std::int32_t* index) { return table[*index]; }
+  /// `size` values, to be looked up by index.
+  template <int size>
+  struct Table {
+    const std::int16_t* value;
+    explicit Table(const std::int16_t* values) : value(values) {}
+    Float lookup(const std::int32_t* index) const { return static_cast<float>(value[*index]); }
+  };
+  /// out[c] = row[0][first + c].
+  static void load_transposed(const float* const* row, int first, Float* out) {
+    for (int c = 0; c < 4; ++c) out[c] = row[0][first + c];
+  }
+  /// The numbers of the set bits to `b_out`, and `a` as often to `a_out`; room for sixteen.
+  static void store_set_bits(unsigned bits, std::int32_t a, std::int32_t* a_out, std::int32_t* b_out) {
+    for (; bits; bits &= bits - 1) {
+      *a_out++ = a;
+      *b_out++ = __builtin_ctz(bits);
+    }
+  }
   static float half_value(std::uint16_t half) { return load(&half); }
 
   struct Four {

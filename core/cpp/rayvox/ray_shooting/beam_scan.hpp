@@ -17,7 +17,7 @@ struct BeamFace {
   float u_low, v_low, bins_per_unit;
   std::int32_t columns, rows, levels;
   /// Greatest depth of a ray's end per bin (0: no ray), and per 2^level x 2^level bins; row-major, a level's bins from
-  /// `level_start`.
+  /// `level_start`; 16 more may be read, not used.
   const float* farthest;
   std::uint32_t level_start[16], level_columns[16];
   /// The deepest ray of each bin, row-major; in an empty bin one that passes nothing.

@@ -68,8 +68,9 @@ static bool make_ray_ends(const RayEnds& rays) {
   for (std::size_t first = 0; first < rays.count; first += points_per_block) {
     const std::size_t left = rays.count - first;
     const int count = left < points_per_block ? static_cast<int>(left) : points_per_block;
-    PointBlock block{}, ends;
+    PointBlock block, ends;
     alignas(64) std::uint64_t beyond[points_per_block] = {};
+    alignas(64) std::uint8_t marks_end[points_per_block];
     if (rays.f32) {
       load_points(rays.f32 + 3 * first, count, rays.offset, block);
     } else {
@@ -85,12 +86,12 @@ static bool make_ray_ends(const RayEnds& rays) {
     outside += to_voxel_units(block.x, rays.resolution_m, rays.half_extent, ends.x);
     outside += to_voxel_units(block.y, rays.resolution_m, rays.half_extent, ends.y);
     outside += to_voxel_units(block.z, rays.resolution_m, rays.half_extent, ends.z);
-    for (int i = 0; i < count; ++i) {
-      rays.end[0][first + i] = ends.x[i];
-      rays.end[1][first + i] = ends.y[i];
-      rays.end[2][first + i] = ends.z[i];
-      rays.marks_end[first + i] = rays.returned && !beyond[i];
-    }
+    for (int i = 0; i < points_per_block; ++i) marks_end[i] = static_cast<std::uint8_t>(rays.returned & !beyond[i]);
+    const auto made = static_cast<std::size_t>(count);
+    __builtin_memcpy(rays.end[0] + first, ends.x, made * sizeof(double));
+    __builtin_memcpy(rays.end[1] + first, ends.y, made * sizeof(double));
+    __builtin_memcpy(rays.end[2] + first, ends.z, made * sizeof(double));
+    __builtin_memcpy(rays.marks_end + first, marks_end, made);
   }
   return outside == 0;
 }

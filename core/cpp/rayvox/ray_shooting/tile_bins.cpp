@@ -102,14 +102,14 @@ void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t las
   std::uint64_t tile[most];
   std::uint32_t place[most];
   for (; first < last; first += most) {
-    const std::size_t found = kernels().find_end_cells(
-        {{rays.end[0].data() + first, rays.end[1].data() + first, rays.end[2].data() + first},
-         rays.marks_end.data() + first,
-         std::min(most, last - first),
-         geometry.half_extent(),
-         tile_level,
-         tile,
-         place});
+    const std::size_t found =
+        kernels().find_end_cells({{rays.end[0].data() + first, rays.end[1].data() + first, rays.end[2].data() + first},
+                                  rays.marks_end.data() + first,
+                                  std::min(most, last - first),
+                                  geometry.half_extent(),
+                                  tile_level,
+                                  tile,
+                                  place});
     for (std::size_t i = 0; i < found; ++i) bin_of(tile[i]).ends.push_back(place[i]);
   }
 }

@@ -65,10 +65,11 @@ struct BeamBounds {
   std::uint32_t count;
 };
 
-/// Where the bins of each face lie: of face f (as in BeamProjection), from bin `first[f]` on, row-major.
+/// Where the bins of each face lie: of face f (as in BeamProjection), from bin `first[f]` on, row-major. Six faces; the
+/// rest fills vectors.
 struct BeamBins {
-  float u_low[6], v_low[6], bins_per_unit[6];
-  std::int32_t first[6], columns[6], last_column[6], last_row[6];
+  float u_low[8], v_low[8], bins_per_unit[8], last_column[8], last_row[8];
+  std::uint32_t first[16], columns[16];
 };
 
 /// Directions this close to a coordinate plane are stored as if in it (inverse +-2^100); cells whose border plane holds

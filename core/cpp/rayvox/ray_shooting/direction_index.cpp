@@ -119,10 +119,10 @@ void DirectionIndex::lay_out_bins() {
     bins_.u_low[f] = face.u_low;
     bins_.v_low[f] = face.v_low;
     bins_.bins_per_unit[f] = face.bins_per_unit;
-    bins_.first[f] = static_cast<std::int32_t>(bin_count_);
-    bins_.columns[f] = face.columns;
-    bins_.last_column[f] = face.columns - 1;
-    bins_.last_row[f] = face.rows - 1;
+    bins_.first[f] = bin_count_;
+    bins_.columns[f] = static_cast<std::uint32_t>(face.columns);
+    bins_.last_column[f] = static_cast<float>(face.columns - 1);
+    bins_.last_row[f] = static_cast<float>(face.rows - 1);
     bin_count_ += static_cast<std::uint32_t>(face.columns * face.rows);
     face.levels = 0;
     for (std::int32_t columns = face.columns, rows = face.rows;; columns = (columns + 1) / 2, rows = (rows + 1) / 2) {

@@ -1,20 +1,55 @@
 // Tests of whole vectors of cells against the bins of direction: certain answers only. Included once per instruction
 // set, inside its namespace, after its Lanes and beam_view.inc.hpp.
 
-// Offsets of an octant's 64 cells in Morton order.
-struct OctantOffsets {
-  alignas(64) float along[3][64];
-  constexpr OctantOffsets() : along() {
-    for (int cell = 0; cell < 64; ++cell) {
-      for (int axis = 0; axis < 3; ++axis) {
-        along[axis][cell] = static_cast<float>((cell >> axis & 1) | (cell >> (axis + 3) & 1) << 1);
-      }
+// Where an octant's 64 cells lie along each axis, in Morton order.
+struct OctantPlaces {
+  alignas(64) std::uint32_t along[3][64];
+  constexpr OctantPlaces() : along() {
+    for (unsigned cell = 0; cell < 64; ++cell) {
+      for (unsigned axis = 0; axis < 3; ++axis) along[axis][cell] = (cell >> axis & 1) | (cell >> (axis + 3) & 1) << 1;
     }
   }
 };
-static constexpr OctantOffsets octant_offsets;
+static constexpr OctantPlaces octant_places;
 
-// Up to Lanes::width cells of an octant, seen through one face.
+// An octant seen through one face: the borders between its cells, each rounded once from its exact place, and for its
+// cells the bins that their directions can lie in, where SeenCells found them.
+struct SeenOctant {
+  const BeamFace& face;
+  float depth[12], u[12], v[12];  // five; more may be read, not used
+  alignas(64) std::uint32_t first_column[64], last_column[64], first_row[64], last_row[64];
+
+  SeenOctant(const BeamScan& scan, const BeamFace& f, const CellBlock& block) : face(f) {
+    for (int i = 0; i < 12; ++i) {
+      const auto border = [&](std::int32_t axis) {
+        return static_cast<float>(block.cell[axis] + (i < 4 ? i : 4) - scan.origin[axis]);
+      };
+      depth[i] = border(f.axis);
+      u[i] = border(f.u_axis);
+      v[i] = border(f.v_axis);
+    }
+  }
+
+  // Of a cell, by its place in the octant; as see_block.
+  SeenBox cell(int index) const {
+    const std::uint32_t at = octant_places.along[face.axis][index], at_u = octant_places.along[face.u_axis][index],
+                        at_v = octant_places.along[face.v_axis][index];
+    const bool up = face.sign > 0;
+    return {up ? depth[at] : -depth[at + 1],
+            up ? depth[at + 1] : -depth[at],
+            {u[at_u], u[at_u + 1]},
+            {v[at_v], v[at_v + 1]}};
+  }
+  BinRect bins_of_cell(int index, const SeenBox& box) const {
+    if (!(least_near <= box.near)) return bins_of(face, box);
+    return {{static_cast<std::int32_t>(first_column[index]), static_cast<std::int32_t>(last_column[index])},
+            {static_cast<std::int32_t>(first_row[index]), static_cast<std::int32_t>(last_row[index])}};
+  }
+  // Nearer cells are not tested by bins in vectors.
+  static constexpr float least_near = 0.5f;
+};
+
+// Lanes::width cells of an octant from the `first` on.
 template <class L>
 struct SeenCells {
   using F = typename L::Float;
@@ -25,16 +60,20 @@ struct SeenCells {
   F near, far, u0, u1, v0, v1, per_near;
   M ahead;  // lanes far enough from the origin for the tests by bins
 
-  SeenCells(const BeamFace& f, const SeenBox& octant, int first) : face(f) {
-    const F along = L::load(octant_offsets.along[face.axis] + first), one = L::broadcast(1.0f);
-    near = L::add(L::broadcast(octant.near), face.sign > 0 ? along : L::subtract(L::broadcast(3.0f), along));
-    far = L::add(near, one);
-    u0 = L::add(L::broadcast(octant.u[0]), L::load(octant_offsets.along[face.u_axis] + first));
-    v0 = L::add(L::broadcast(octant.v[0]), L::load(octant_offsets.along[face.v_axis] + first));
-    u1 = L::add(u0, one);
-    v1 = L::add(v0, one);
-    per_near = L::divide(one, near);
-    ahead = L::less_equal(L::broadcast(0.5f), near);
+  SeenCells(const SeenOctant& octant, int first) : face(octant.face) {
+    const U along = L::load(octant_places.along[face.axis] + first);
+    const U along_u = L::load(octant_places.along[face.u_axis] + first);
+    const U along_v = L::load(octant_places.along[face.v_axis] + first);
+    const F low = L::lookup8(octant.depth, along), high = L::lookup8(octant.depth + 1, along);
+    const F zero = L::broadcast(0.0f);
+    near = face.sign > 0 ? low : L::subtract(zero, high);
+    far = face.sign > 0 ? high : L::subtract(zero, low);
+    u0 = L::lookup8(octant.u, along_u);
+    u1 = L::lookup8(octant.u + 1, along_u);
+    v0 = L::lookup8(octant.v, along_v);
+    v1 = L::lookup8(octant.v + 1, along_v);
+    per_near = L::divide(L::broadcast(1.0f), near);
+    ahead = L::less_equal(L::broadcast(SeenOctant::least_near), near);
   }
 
   // A bin that lies wholly in the front face, at the level at which that is two to four bins wide, holds a ray that
@@ -60,8 +99,9 @@ struct SeenCells {
     return L::both(inside, L::less_equal(L::multiply(far, L::broadcast(1 + beam_margin)), farthest));
   }
 
-  // No ray in the bins that the cell's directions can lie in (2 x 2 at a suitable level) reaches it.
-  M unreached(M asked) const {
+  // No ray in the bins that the cell's directions can lie in (2 x 2 at a suitable level) reaches it. Those bins go to
+  // `octant`.
+  M unreached(M asked, SeenOctant& octant, int first) const {
     const F zero = L::broadcast(0.0f), per_far = L::divide(L::broadcast(1.0f), far);
     const F left =
         in_bins(L::multiply(u0, L::select(L::less_than(u0, zero), per_near, per_far)), face.u_low, -beam_bin_margin);
@@ -83,6 +123,10 @@ struct SeenCells {
             last_row = L::broadcast(static_cast<float>(face.rows - 1));
     const U column0 = L::to_uint(L::max(left, zero)), column1 = L::to_uint(L::min(right, last_column));
     const U row0 = L::to_uint(L::max(top, zero)), row1 = L::to_uint(L::min(bottom, last_row));
+    L::store(octant.first_column + first, column0);
+    L::store(octant.last_column + first, column1);
+    L::store(octant.first_row + first, row0);
+    L::store(octant.last_row + first, row1);
     const F span = L::max(L::to_float(L::subtract(column1, column0)), L::to_float(L::subtract(row1, row0)));
     const U level = L::level_of(L::subtract(span, L::broadcast(0.5f)), 1, face.levels - 1);
     const U left_bin = L::shift_right(column0, level), right_bin = L::shift_right(column1, level);

@@ -3,51 +3,103 @@
 
 static constexpr float least_beam_depth = 0x1p-30f;
 
-// The loop that compilers vectorise; `face` is 2 * axis, + 1 for the negative sense.
-static bool project_directions(const BeamProjection& rays) {
-  const double ox = rays.origin[0], oy = rays.origin[1], oz = rays.origin[2];
-  const double *ex = rays.end[0], *ey = rays.end[1], *ez = rays.end[2];
-  std::uint32_t* faces = rays.face;
-  float *us = rays.u, *vs = rays.v, *depths = rays.depth;
-  float least = __builtin_inff();
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    const float x = static_cast<float>(ex[i] - ox), y = static_cast<float>(ey[i] - oy);
-    const float z = static_cast<float>(ez[i] - oz);
-    const float ax = __builtin_fabsf(x), ay = __builtin_fabsf(y), az = __builtin_fabsf(z);
-    const float axy = ax > ay ? ax : ay, depth = axy > az ? axy : az;
-    const bool along_x = ax >= axy && ax >= az, along_y = !along_x && ay >= az;
-    const float w = along_x ? x : along_y ? y : z;
-    const float per_depth = 1 / depth;
-    us[i] = (along_x ? y : x) * per_depth;
-    vs[i] = (along_x || along_y ? z : y) * per_depth;
-    depths[i] = depth;
-    faces[i] = (along_x ? 0u : along_y ? 2u : 4u) + (w < 0 ? 1u : 0u);
-    least = least < depth ? least : depth;
+static constexpr int directions_per_block = 64;
+
+// Copies up to `most` values; that many, the usual case, without a loop.
+template <int most, class T>
+static inline void copy_block(const T* from, std::size_t count, T* to) {
+  if (count == most) {
+    __builtin_memcpy(to, from, most * sizeof(T));
+  } else {
+    for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
   }
-  return least >= least_beam_depth;
 }
 
-static inline float inverse_of_direction(float u) {
-  return __builtin_fabsf(u) < beam_flat ? __builtin_copysignf(1 / beam_flat, u) : 1 / u;
+// Ray ends relative to the origin, one coordinate; idle lanes get 1.
+static void subtract_origin(const double* end, double origin, std::size_t count, float* out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(end[i] - origin);
+  for (std::size_t i = count; i < directions_per_block; ++i) out[i] = 1;
 }
 
-static inline std::int32_t bin_along(float direction, float low, float bins_per_unit, std::int32_t last) {
-  const auto bin = static_cast<std::int32_t>((direction - low) * bins_per_unit);
-  return bin < last ? bin : last;
+// `face` is 2 * axis, + 1 for the negative sense.
+template <class L>
+static bool project_directions(const BeamProjection& rays) {
+  using F = typename L::Float;
+  using U = typename L::Uint;
+  using M = typename L::Mask;
+  const F zero = L::broadcast(0.0f), one = L::broadcast(1.0f);
+  F least = L::broadcast(__builtin_inff());
+  for (std::size_t first = 0; first < rays.count; first += directions_per_block) {
+    const std::size_t left = rays.count - first, count = left < directions_per_block ? left : directions_per_block;
+    alignas(64) float coordinate[3][directions_per_block], us[directions_per_block], vs[directions_per_block],
+        depths[directions_per_block];
+    alignas(64) std::uint32_t faces[directions_per_block];
+    for (int axis = 0; axis < 3; ++axis) {
+      subtract_origin(rays.end[axis] + first, rays.origin[axis], count, coordinate[axis]);
+    }
+    for (int i = 0; i < directions_per_block; i += L::width) {
+      const F x = L::load(coordinate[0] + i), y = L::load(coordinate[1] + i), z = L::load(coordinate[2] + i);
+      const F ax = L::absolute(x), ay = L::absolute(y), az = L::absolute(z);
+      const M along_x = L::both(L::less_equal(ay, ax), L::less_equal(az, ax));
+      const M along_y = L::both(L::invert(along_x), L::less_equal(az, ay));
+      const F depth = L::max(L::max(ax, ay), az), per_depth = L::divide(one, depth);
+      const M negative = L::less_than(L::select(along_x, x, L::select(along_y, y, z)), zero);
+      const U axis = L::select(along_x, L::broadcast(0u), L::select(along_y, L::broadcast(2u), L::broadcast(4u)));
+      L::store(us + i, L::multiply(L::select(along_x, y, x), per_depth));
+      L::store(vs + i, L::multiply(L::select(L::either(along_x, along_y), z, y), per_depth));
+      L::store(depths + i, depth);
+      L::store(faces + i, L::add(axis, L::select(negative, L::broadcast(1u), L::broadcast(0u))));
+      least = L::min(least, depth);
+    }
+    copy_block<directions_per_block>(us, count, rays.u + first);
+    copy_block<directions_per_block>(vs, count, rays.v + first);
+    copy_block<directions_per_block>(depths, count, rays.depth + first);
+    copy_block<directions_per_block>(faces, count, rays.face + first);
+  }
+  return L::reduce_min(least) >= least_beam_depth;
 }
 
-// Again for the compiler to vectorise.
-static double find_bins(const BeamProjection& rays, const BeamBins& all) {
-  const BeamBins bins = all;  // a copy, which the compiler knows nobody else writes
-  std::uint32_t* faces = rays.face;
-  float *us = rays.u, *vs = rays.v;
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    const auto f = static_cast<std::int32_t>(faces[i]);
-    const std::int32_t column = bin_along(us[i], bins.u_low[f], bins.bins_per_unit[f], bins.last_column[f]);
-    const std::int32_t row = bin_along(vs[i], bins.v_low[f], bins.bins_per_unit[f], bins.last_row[f]);
-    faces[i] = static_cast<std::uint32_t>(bins.first[f] + row * bins.columns[f] + column);
-    us[i] = inverse_of_direction(us[i]);
-    vs[i] = inverse_of_direction(vs[i]);
+template <class L>
+static typename L::Float inverse_of_direction(typename L::Float u) {
+  const auto flat =
+      L::select(L::less_than(u, L::broadcast(0.0f)), L::broadcast(-1 / beam_flat), L::broadcast(1 / beam_flat));
+  return L::select(L::less_than(L::absolute(u), L::broadcast(beam_flat)), flat, L::divide(L::broadcast(1.0f), u));
+}
+
+// One vector of rays: faces to bins, directions to their inverses.
+template <class L>
+static inline void find_bins_of_lanes(const BeamBins& bins, std::uint32_t* faces, float* us, float* vs) {
+  using F = typename L::Float;
+  using U = typename L::Uint;
+  const U face = L::load(faces);
+  const F u = L::load(us), v = L::load(vs), scale = L::lookup8(bins.bins_per_unit, face);
+  const F column =
+      L::min(L::multiply(L::subtract(u, L::lookup8(bins.u_low, face)), scale), L::lookup8(bins.last_column, face));
+  const F row =
+      L::min(L::multiply(L::subtract(v, L::lookup8(bins.v_low, face)), scale), L::lookup8(bins.last_row, face));
+  const U row_start = L::multiply(L::to_uint(row), L::lookup(bins.columns, face));
+  L::store(faces, L::add(L::lookup(bins.first, face), L::add(row_start, L::to_uint(column))));
+  L::store(us, inverse_of_direction<L>(u));
+  L::store(vs, inverse_of_direction<L>(v));
+}
+
+template <class L>
+static double find_bins(const BeamProjection& rays, const BeamBins& bins) {
+  std::size_t first = 0;
+  for (; first + L::width <= rays.count; first += L::width) {
+    find_bins_of_lanes<L>(bins, rays.face + first, rays.u + first, rays.v + first);
+  }
+  if (first < rays.count) {  // what follows may be another thread's
+    alignas(64) std::uint32_t faces[L::width] = {};
+    alignas(64) float us[L::width] = {}, vs[L::width] = {};
+    const std::size_t left = rays.count - first;
+    copy_block<L::width>(rays.face + first, left, faces);
+    copy_block<L::width>(rays.u + first, left, us);
+    copy_block<L::width>(rays.v + first, left, vs);
+    find_bins_of_lanes<L>(bins, faces, us, vs);
+    copy_block<L::width>(faces, left, rays.face + first);
+    copy_block<L::width>(us, left, rays.u + first);
+    copy_block<L::width>(vs, left, rays.v + first);
   }
   double total[8] = {};
   std::size_t i = 0;

@@ -17,7 +17,7 @@ struct BeamFace {
   float u_low, v_low, bins_per_unit;
   std::int32_t columns, rows, levels;
   /// Greatest depth of a ray's end per bin (0: no ray), and per 2^level x 2^level bins; row-major, a level's bins from
-  /// `level_start`.
+  /// `level_start`; 16 more may be read, not used.
   const float* farthest;
   std::uint32_t level_start[16], level_columns[16];
   /// The deepest ray of each bin, row-major; in an empty bin one that passes nothing.
@@ -65,10 +65,11 @@ struct BeamBounds {
   std::uint32_t count;
 };
 
-/// Where the bins of each face lie: of face f (as in BeamProjection), from bin `first[f]` on, row-major.
+/// Where the bins of each face lie: of face f (as in BeamProjection), from bin `first[f]` on, row-major. Six faces; the
+/// rest fills vectors.
 struct BeamBins {
-  float u_low[6], v_low[6], bins_per_unit[6];
-  std::int32_t first[6], columns[6], last_column[6], last_row[6];
+  float u_low[8], v_low[8], bins_per_unit[8], last_column[8], last_row[8];
+  std::uint32_t first[16], columns[16];
 };
 
 /// Directions this close to a coordinate plane are stored as if in it (inverse +-2^100); cells whose border plane holds

@@ -11,8 +11,8 @@ namespace {
 constexpr std::uint64_t all_cells = ~std::uint64_t{0};
 
 // Measured on an AVX-512 machine (benchmarks/RESULTS.md): what one cell costs that has to be asked, and one ray that
-// has to be clipped to a tile of 64 cells and walked through it.
-constexpr double ns_per_asked_cell = 30, ns_per_walked_ray = 100;
+// may pass a tile of 64 cells, to be clipped to it and walked through it. Twice or half as much changes little.
+constexpr double ns_per_asked_cell = 20, ns_per_walked_ray = 90;
 
 // Child of a slot; space that is uniform has no slots below it, and its own stands for theirs (null: unknown).
 const Child* child_of(const Child* slot, int index) {
@@ -50,7 +50,7 @@ std::uint64_t BeamShooter::shoot_tile(std::uint64_t tile, const OpenTile& open, 
   const int level = open.level;
   const Cell first = map_.geometry.cell_of_morton(tile << (3 * level));
   const CellBlock block = block_at(first, level);
-  const double rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
+  const auto rays = static_cast<double>(kernels_.count_rays_towards(scan_, block));
   const auto most = static_cast<std::uint64_t>(rays * ns_per_walked_ray * block.size() / 64 / ns_per_asked_cell);
   scratch.bricks.clear();
   const std::uint64_t asked = collect(open.slot, first, level, 0, most, scratch.bricks);
@@ -95,8 +95,9 @@ std::uint64_t BeamShooter::changeable_cells(const Child* slot, int octant) const
 
 // The exact DDA, from where each ray enters the tile.
 std::uint64_t BeamShooter::walk_rays(const CellBlock& tile, BeamScratch& scratch) const {
-  scratch.segments.resize(ray_count_);
-  const std::size_t count = kernels_.clip_to_block(scan_, tile, scratch.segments.data());
+  scratch.segments.resize(ray_count_ + 16);
+  const std::size_t rays = kernels_.find_rays_towards(scan_, tile, scratch.segments.data());
+  const std::size_t count = kernels_.clip_to_block(scan_, tile, scratch.segments.data(), rays);
   kernels_.walk_segments({{scan_.origin[0], scan_.origin[1], scan_.origin[2]},
                           {scan_.end[0], scan_.end[1], scan_.end[2]},
                           {tile.cell[0], tile.cell[1], tile.cell[2]},

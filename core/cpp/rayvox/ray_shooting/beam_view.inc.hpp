@@ -82,22 +82,3 @@ static bool beam_reaches(const BeamScan& scan, const CellBlock& block) {
   }
   return false;
 }
-
-// Calls visit(first, last) with each run of sorted rays that can enter the block.
-template <class Visit>
-static inline void for_rays_towards(const BeamScan& scan, const CellBlock& block, const Visit& visit) {
-  for (int f = 0; f < scan.face_count; ++f) {
-    const BeamFace& face = scan.face[f];
-    const BinRect bins = bins_of(face, see_block(scan, face, block));
-    for (std::int32_t row = bins.v.first; row <= bins.v.last; ++row) {
-      const std::uint32_t* starts = face.bin_start + static_cast<std::size_t>(row) * face.columns;
-      visit(starts[bins.u.first], starts[bins.u.last + 1]);
-    }
-  }
-}
-
-static std::size_t count_rays_towards(const BeamScan& scan, const CellBlock& block) {
-  std::size_t count = 0;
-  for_rays_towards(scan, block, [&](std::uint32_t first, std::uint32_t last) { count += last - first; });
-  return count;
-}

@@ -119,10 +119,10 @@ void DirectionIndex::lay_out_bins() {
     bins_.u_low[f] = face.u_low;
     bins_.v_low[f] = face.v_low;
     bins_.bins_per_unit[f] = face.bins_per_unit;
-    bins_.first[f] = static_cast<std::int32_t>(bin_count_);
-    bins_.columns[f] = face.columns;
-    bins_.last_column[f] = face.columns - 1;
-    bins_.last_row[f] = face.rows - 1;
+    bins_.first[f] = bin_count_;
+    bins_.columns[f] = static_cast<std::uint32_t>(face.columns);
+    bins_.last_column[f] = static_cast<float>(face.columns - 1);
+    bins_.last_row[f] = static_cast<float>(face.rows - 1);
     bin_count_ += static_cast<std::uint32_t>(face.columns * face.rows);
     face.levels = 0;
     for (std::int32_t columns = face.columns, rows = face.rows;; columns = (columns + 1) / 2, rows = (rows + 1) / 2) {
@@ -135,7 +135,7 @@ void DirectionIndex::lay_out_bins() {
   }
   bin_start_.resize(bin_count_ + 1);
   deepest_.resize(bin_count_);
-  farthest_.resize(level_start);
+  farthest_.resize(level_start + padding);
   for (int f = 0; f < scan_.face_count; ++f) {
     BeamFace& face = scan_.face[f];
     face.bin_start = bin_start_.data() + bins_.first[2 * face.axis + (face.sign < 0)];
@@ -164,9 +164,12 @@ void DirectionIndex::place_bins() {
 }
 
 void DirectionIndex::sort(Share& share) {
+  const std::uint32_t* bin = bin_.data();
+  const float *u = u_.data(), *v = v_.data(), *depth = depth_.data();
+  std::uint32_t* next = share.next.data();
+  BeamRay* rays = rays_.data();
   for (std::size_t i = share.first; i < share.last; ++i) {
-    const std::uint32_t at = share.next[bin_[i]]++;
-    rays_[at] = {u_[i], v_[i], depth_[i], static_cast<std::uint32_t>(i)};
+    rays[next[bin[i]]++] = {u[i], v[i], depth[i], static_cast<std::uint32_t>(i)};
   }
 }
 

@@ -20,7 +20,7 @@ struct AxisClip {
   F origin, direction, low, last, t_in, t_out, end_cell;
   M misses, up;
 
-  AxisClip(const BeamScan& scan, const CellBlock& block, int axis, const BeamRay* rays) {
+  AxisClip(const BeamScan& scan, const CellBlock& block, int axis, const Segment* rays) {
     const double start = scan.origin_cell[axis], first_cell = block.cell[axis],
                  beyond = first_cell + (1 << block.level);
     const F zero = W::broadcast(0.0), infinity = W::broadcast(__builtin_inf()),
@@ -49,23 +49,77 @@ struct AxisClip {
   }
 };
 
-// Clips the rays at [first, last); writes a segment for each that enters the block.
+// Calls visit(box, first, last) with runs of sorted rays, all that can enter the block among them, and the block as
+// their face sees it. Bins in which no ray reaches the block are left out where they begin or end a vector of them.
+template <class L, class Visit>
+static inline void for_reaching_rays(const BeamScan& scan, const CellBlock& block, const Visit& visit) {
+  for (int f = 0; f < scan.face_count; ++f) {
+    const BeamFace& face = scan.face[f];
+    const SeenBox box = see_block(scan, face, block);
+    const auto [u, v] = bins_of(face, box);
+    const PiercedBox<L> pierced(box);
+    const auto near = L::multiply(pierced.near, L::broadcast(1 - beam_margin));
+    for (std::int32_t row = v.first; row <= v.last; ++row) {
+      const std::size_t bins = static_cast<std::size_t>(row) * static_cast<std::size_t>(face.columns);
+      const float* farthest = face.farthest + face.level_start[0] + bins;
+      for (std::int32_t column = u.first; column <= u.last; column += L::width) {
+        const auto here = L::first_lanes(static_cast<std::uint32_t>(u.last + 1 - column));
+        const unsigned reaching = L::bits(L::both(here, L::less_than(near, L::load(farthest + column))));
+        if (!reaching) continue;
+        const std::uint32_t* starts = face.bin_start + bins + column;
+        visit(pierced, starts[__builtin_ctz(reaching)], starts[32 - __builtin_clz(reaching)]);
+      }
+    }
+  }
+}
+
+// How many rays may have to be looked at for the block.
+template <class L>
+static std::size_t count_rays_towards(const BeamScan& scan, const CellBlock& block) {
+  std::size_t count = 0;
+  for_reaching_rays<L>(scan, block,
+                       [&](const PiercedBox<L>&, std::uint32_t first, std::uint32_t last) { count += last - first; });
+  return count;
+}
+
+// The rays that may pass cells of the block, as segments of which only the ray is set; idle lanes of clip_to_block get
+// the scan's first.
+template <class L>
+static std::size_t find_rays_towards(const BeamScan& scan, const CellBlock& block, Segment* out) {
+  using F = typename L::Float;
+  std::size_t found = 0;
+  for_reaching_rays<L>(scan, block, [&](const PiercedBox<L>& pierced, std::uint32_t first, std::uint32_t last) {
+    for (std::uint32_t at = first; at < last; at += L::width) {
+      F inverse_u, inverse_v, depth;
+      const BeamRay* rays = scan.rays + at;
+      L::load_columns(&rays->inverse_u, &rays[L::width / 2].inverse_u, inverse_u, inverse_v, depth);
+      const auto span = pierced.span_of(inverse_u, inverse_v);
+      const auto may_pass = L::either(span.delicate, L::invert(pierced.missed_by(span, depth)));
+      for (unsigned left = L::bits(L::both(may_pass, L::first_lanes(last - at))); left; left &= left - 1) {
+        out[found++].ray = rays[__builtin_ctz(left)].ray;
+      }
+    }
+  });
+  for (int lane = 0; lane < L::width; ++lane) out[found + static_cast<std::size_t>(lane)].ray = 0;
+  return found;
+}
+
+// Clips such rays to the block, in place: leaves a segment for each that passes a cell of it, returns how many.
 template <class W>
-static std::size_t clip_rays(const BeamScan& scan, const CellBlock& block, std::uint32_t first, std::uint32_t last,
-                             Segment* out) {
+static std::size_t clip_to_block(const BeamScan& scan, const CellBlock& block, Segment* segments, std::size_t count) {
   using F = typename W::Float;
   using M = typename W::Mask;
   const F zero = W::broadcast(0.0), one = W::broadcast(1.0), margin = W::broadcast(clip_t_margin);
   const M starts_outside = W::from_bits(holds_origin(scan, block) ? 0 : ~0u);
   std::size_t made = 0;
-  for (std::uint32_t at = first; at < last; at += W::width) {
+  for (std::size_t at = 0; at < count; at += W::width) {
     const AxisClip<W> axes[3] = {
-        {scan, block, 0, scan.rays + at}, {scan, block, 1, scan.rays + at}, {scan, block, 2, scan.rays + at}};
+        {scan, block, 0, segments + at}, {scan, block, 1, segments + at}, {scan, block, 2, segments + at}};
     const F t_in = W::max(axes[0].t_in, W::max(axes[1].t_in, axes[2].t_in));
     const F t_out = W::min(axes[0].t_out, W::min(axes[1].t_out, axes[2].t_out));
     const M misses = W::either(W::either(axes[0].misses, axes[1].misses),
                                W::either(axes[2].misses, W::less_than(W::multiply(t_out, margin), t_in)));
-    const std::uint32_t left = last - at;
+    const std::size_t left = count - at;
     const unsigned here = left < W::width ? (1u << left) - 1 : (1u << W::width) - 1;
     const unsigned enters = here & ~W::bits(misses);
     if (!enters) continue;
@@ -102,7 +156,7 @@ static std::size_t clip_rays(const BeamScan& scan, const CellBlock& block, std::
     const unsigned doubts = W::bits(doubtful);
     for (unsigned open = enters; open; open &= open - 1) {
       const int lane = __builtin_ctz(open);
-      Segment segment{scan.rays[at + static_cast<std::uint32_t>(lane)].ray,
+      Segment segment{segments[at + static_cast<std::size_t>(lane)].ray,
                       spread_six_bits(static_cast<std::uint32_t>(entered[0][lane])) |
                           spread_six_bits(static_cast<std::uint32_t>(entered[1][lane])) << 1 |
                           spread_six_bits(static_cast<std::uint32_t>(entered[2][lane])) << 2 |
@@ -110,19 +164,9 @@ static std::size_t clip_rays(const BeamScan& scan, const CellBlock& block, std::
       if (doubts >> lane & 1) [[unlikely]] {
         if (!clip_exactly(scan, block, segment.ray, segment)) continue;
       }
-      out[made] = segment;
+      segments[made] = segment;  // never beyond this lane
       made += segment.start_and_crossings >> 18 ? 1 : 0;
     }
   }
-  return made;
-}
-
-// The segments of all rays that enter the block. `out` has room for all rays of the scan.
-template <class W>
-static std::size_t clip_to_block(const BeamScan& scan, const CellBlock& block, Segment* out) {
-  std::size_t made = 0;
-  for_rays_towards(scan, block, [&](std::uint32_t first, std::uint32_t last) {
-    made += clip_rays<W>(scan, block, first, last, out + made);
-  });
   return made;
 }

@@ -1,6 +1,6 @@
 // Points of a scan turned into the ends of its rays: transformed, cut at the scan's range, in voxel units. Plain loops
 // over small blocks, which compilers vectorise; every operation rounds as in the scalar order, so that all instruction
-// sets give the same bits. Included once per instruction set, inside its namespace.
+// sets give the same bits. Included once per instruction set, inside its namespace, after beam_project.inc.hpp.
 
 static constexpr int points_per_block = 64;
 
@@ -37,8 +37,9 @@ static bool all_in_range(const double origin[3], double max_range, const PointBl
   return doubtful == 0;
 }
 
-static void cut_at_range(const double origin[3], double max_range, PointBlock& p, std::uint64_t* beyond) {
-  if (all_in_range(origin, max_range, p)) return;
+// False, with `beyond` unset, if no point is cut.
+static bool cut_at_range(const double origin[3], double max_range, PointBlock& p, std::uint64_t* beyond) {
+  if (all_in_range(origin, max_range, p)) return false;
   for (int i = 0; i < points_per_block; ++i) {
     const double x = p.x[i] - origin[0], y = p.y[i] - origin[1], z = p.z[i] - origin[2];
     const double length = __builtin_sqrt(x * x + y * y + z * z), scale = max_range / length;
@@ -48,6 +49,7 @@ static void cut_at_range(const double origin[3], double max_range, PointBlock& p
     p.z[i] = cut ? origin[2] + z * scale : p.z[i];
     beyond[i] = cut;
   }
+  return true;
 }
 
 // One coordinate of all points in voxel units (MapGeometry::to_voxel_units); how many lie outside the octree.
@@ -68,8 +70,9 @@ static bool make_ray_ends(const RayEnds& rays) {
   for (std::size_t first = 0; first < rays.count; first += points_per_block) {
     const std::size_t left = rays.count - first;
     const int count = left < points_per_block ? static_cast<int>(left) : points_per_block;
-    PointBlock block{}, ends;
-    alignas(64) std::uint64_t beyond[points_per_block] = {};
+    PointBlock block, ends;
+    alignas(64) std::uint64_t beyond[points_per_block];
+    alignas(64) std::uint8_t marks_end[points_per_block];
     if (rays.f32) {
       load_points(rays.f32 + 3 * first, count, rays.offset, block);
     } else {
@@ -81,16 +84,17 @@ static bool make_ray_ends(const RayEnds& rays) {
       block.z[i] = block.z[0];
     }
     transform_points(rays.rotation, rays.translation, block);
-    if (rays.max_range_m > 0) cut_at_range(rays.origin_m, rays.max_range_m, block, beyond);
+    const bool cut = rays.max_range_m > 0 && cut_at_range(rays.origin_m, rays.max_range_m, block, beyond);
     outside += to_voxel_units(block.x, rays.resolution_m, rays.half_extent, ends.x);
     outside += to_voxel_units(block.y, rays.resolution_m, rays.half_extent, ends.y);
     outside += to_voxel_units(block.z, rays.resolution_m, rays.half_extent, ends.z);
-    for (int i = 0; i < count; ++i) {
-      rays.end[0][first + i] = ends.x[i];
-      rays.end[1][first + i] = ends.y[i];
-      rays.end[2][first + i] = ends.z[i];
-      rays.marks_end[first + i] = rays.returned && !beyond[i];
-    }
+    for (int i = 0; i < points_per_block; ++i) marks_end[i] = rays.returned;
+    for (int i = 0; cut && i < points_per_block; ++i) marks_end[i] &= static_cast<std::uint8_t>(beyond[i] == 0);
+    const auto made = static_cast<std::size_t>(count);
+    copy_block<points_per_block>(ends.x, made, rays.end[0] + first);
+    copy_block<points_per_block>(ends.y, made, rays.end[1] + first);
+    copy_block<points_per_block>(ends.z, made, rays.end[2] + first);
+    copy_block<points_per_block>(marks_end, made, rays.marks_end + first);
   }
   return outside == 0;
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <limits>
 
+#include "rayvox/octree/morton.hpp"
 #include "rayvox/ray_shooting/ray_walker.hpp"
 
 namespace rayvox {
@@ -28,7 +28,6 @@ class TileAddresses {
   std::uint64_t name(const Cell& cell) const {
     return coordinate(cell, 0) >> level_ | coordinate(cell, 1) >> level_ << 21 | coordinate(cell, 2) >> level_ << 42;
   }
-  std::uint64_t morton(const Cell& cell) const { return geometry_.morton_of(cell) >> (3 * level_); }
   std::uint32_t place_in_tile(const Cell& cell, std::size_t axis) const {
     return static_cast<std::uint32_t>(coordinate(cell, axis) & ((std::uint64_t{1} << level_) - 1));
   }
@@ -57,25 +56,25 @@ void TileBins::clear() {
   std::fill(std::begin(recent_), std::end(recent_), Recent{});
 }
 
-TileBin& TileBins::bin_of(const Cell& cell, const TileAddresses& addresses) {
-  const std::uint64_t name = addresses.name(cell);
+TileBin& TileBins::bin_of(std::uint64_t name) {
   Recent& recent = recent_[(name ^ name >> 18 ^ name >> 36) & 255];
   if (recent.tile != name) {
     const auto [entry, added] = index_.try_emplace(name, static_cast<std::uint32_t>(bins_.size()));
-    if (added) add_bin(addresses.morton(cell));
+    if (added) add_bin(name);
     recent = {name, entry->second};
   }
   return bins_[recent.index];
 }
 
-void TileBins::add_bin(std::uint64_t tile) {
+void TileBins::add_bin(std::uint64_t name) {
   if (spare_.empty()) {
     bins_.emplace_back();
   } else {
     bins_.push_back(std::move(spare_.back()));
     spare_.pop_back();
   }
-  bins_.back().tile = tile;
+  const auto coordinate = [name](int axis) { return static_cast<std::uint32_t>(name >> (21 * axis) & 0x1fffff); };
+  bins_.back().tile = morton_encode(coordinate(0), coordinate(1), coordinate(2));
 }
 
 void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry) {
@@ -90,7 +89,7 @@ void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t las
       const int crossings =
           std::abs(after[0] - before[0]) + std::abs(after[1] - before[1]) + std::abs(after[2] - before[2]);
       if (crossings == 0) continue;
-      TileBin& bin = bin_of(before, addresses);
+      TileBin& bin = bin_of(addresses.name(before));
       bin.segments.push_back(Segment::make(ray, addresses.within_tile(before), crossings));
       bin.crossings += static_cast<std::uint64_t>(crossings);
     }
@@ -99,20 +98,25 @@ void TileBins::add_rays(const ScanRays& rays, std::size_t first, std::size_t las
 
 void TileBins::add_ends(const ScanRays& rays, std::size_t first, std::size_t last, const MapGeometry& geometry,
                         int tile_level) {
-  const TileAddresses addresses(geometry, tile_level);
-  Cell latest{std::numeric_limits<std::int32_t>::max(), 0, 0};
-  for (std::size_t ray = first; ray < last; ++ray) {
-    if (!rays.marks_end[ray]) continue;
-    const Cell end = MapGeometry::cell_of({rays.end[0][ray], rays.end[1][ray], rays.end[2][ray]});
-    if (end == latest) continue;  // neighbours often end in the same cell
-    latest = end;
-    bin_of(end, addresses).ends.push_back(addresses.within_tile(end));
+  constexpr std::size_t most = 512;
+  std::uint64_t tile[most];
+  std::uint32_t place[most];
+  for (; first < last; first += most) {
+    const std::size_t found =
+        kernels().find_end_cells({{rays.end[0].data() + first, rays.end[1].data() + first, rays.end[2].data() + first},
+                                  rays.marks_end.data() + first,
+                                  std::min(most, last - first),
+                                  geometry.half_extent(),
+                                  tile_level,
+                                  tile,
+                                  place});
+    for (std::size_t i = 0; i < found; ++i) bin_of(tile[i]).ends.push_back(place[i]);
   }
 }
 
 void TileBins::add_segment(std::size_t ray, const Cell& from, int crossings, const MapGeometry& geometry) {
   const TileAddresses addresses(geometry, geometry.tile_level());
-  TileBin& bin = bin_of(from, addresses);
+  TileBin& bin = bin_of(addresses.name(from));
   bin.segments.push_back(Segment::make(ray, addresses.within_tile(from), crossings));
   bin.crossings += static_cast<std::uint64_t>(crossings);
 }
@@ -121,7 +125,7 @@ void TileBins::add_segments(const std::uint32_t* ray_of_lane, const PassedBox& p
                             const MapGeometry& geometry) {
   if (!passed.lanes) return;
   const TileAddresses addresses(geometry, geometry.tile_level());
-  TileBin& bin = bin_of(box, addresses);
+  TileBin& bin = bin_of(addresses.name(box));
   const std::uint32_t first[3] = {addresses.place_in_tile(box, 0), addresses.place_in_tile(box, 1),
                                   addresses.place_in_tile(box, 2)};
   for (std::uint32_t lanes = passed.lanes; lanes; lanes &= lanes - 1) {

@@ -40,9 +40,9 @@ class TileBins {
   std::size_t bytes() const;
 
  private:
-  TileBin& bin_of(const Cell& cell, const TileAddresses& addresses);
+  TileBin& bin_of(std::uint64_t name);
 
-  void add_bin(std::uint64_t tile);
+  void add_bin(std::uint64_t name);
 
   std::vector<TileBin> bins_;
   std::vector<TileBin> spare_;                              // emptied bins whose memory the next scan reuses

@@ -78,6 +78,18 @@ struct RayEnds {
   std::uint8_t* marks_end;
 };
 
+/// Ray ends (voxel units) of which to find the cells: their tile, 21 bits a coordinate counted in tiles from the
+/// octree's lowest corner, and their Morton code within it.
+struct EndCells {
+  const double* end[3];
+  const std::uint8_t* marks_end;
+  std::size_t count;
+  std::int32_t half_extent;
+  int tile_level;
+  std::uint64_t* tile;  // room for `count` each
+  std::uint32_t* place;
+};
+
 struct Kernels {
   const char* instruction_set;
   /// Marks free every cell that the segments pass, exactly (ray_shooting/dda_walk.inc.hpp).
@@ -93,6 +105,8 @@ struct Kernels {
   void (*fill_octant)(std::uint64_t free, float freed, std::uint64_t occupied, float hit, float* out);
   /// False if an end is not finite or outside the octree.
   bool (*make_ray_ends)(const RayEnds&);
+  /// The cells of the ends that mark one, save those equal to the one before; returns how many.
+  std::size_t (*find_end_cells)(const EndCells&);
   /// Which of an octant's 64 values are above the bound.
   std::uint64_t (*cells_above)(const float* log_odds, float bound);
   /// Projects directions; false if a ray is too short for it (BeamProjection).
@@ -103,11 +117,13 @@ struct Kernels {
   double (*find_bins)(const BeamProjection&, const BeamBins&);
   /// False only if no ray of the scan enters the block.
   bool (*beam_reaches)(const BeamScan&, const CellBlock&);
-  /// How many rays clip_to_block has to look at.
+  /// How many rays find_rays_towards has to look at.
   std::size_t (*count_rays_towards)(const BeamScan&, const CellBlock&);
-  /// The segments of all rays of the scan that pass cells of the block before their ends'; returns how many. `out` has
-  /// room for all rays.
-  std::size_t (*clip_to_block)(const BeamScan&, const CellBlock&, Segment* out);
+  /// All rays that pass cells of the block before their ends', and perhaps others, as segments of which only the ray is
+  /// set; returns how many. `out` has room for all rays of the scan and 16 more.
+  std::size_t (*find_rays_towards)(const BeamScan&, const CellBlock&, Segment* out);
+  /// Clips these rays to the block, in place: leaves the segments of those that do pass, returns how many.
+  std::size_t (*clip_to_block)(const BeamScan&, const CellBlock&, Segment*, std::size_t count);
   /// Of the wanted cells of an aligned 8x8x8 brick (a word per octant), exactly those that some ray of the scan passes
   /// before its end's cell.
   void (*shoot_brick)(const BeamScan&, const std::int32_t brick_cell[3], const std::uint64_t wanted[8],

@@ -10,6 +10,7 @@ namespace {
 #include "rayvox/ray_shooting/beam_cells.inc.hpp"
 #include "rayvox/ray_shooting/beam_shoot.inc.hpp"
 #include "rayvox/ray_shooting/ray_clip.inc.hpp"
+#include "rayvox/ray_shooting/end_cells.inc.hpp"
 #include "rayvox/ray_shooting/dda_walk.inc.hpp"
 #include "rayvox/ray_shooting/ray_ends.inc.hpp"
 #include "rayvox/ray_shooting/packet_pass.inc.hpp"
@@ -26,12 +27,14 @@ const Kernels table{.instruction_set = instruction_set,
                     .update_octant = update_octant<Lanes>,
                     .fill_octant = fill_octant<Lanes>,
                     .make_ray_ends = make_ray_ends,
+                    .find_end_cells = find_end_cells,
                     .cells_above = cells_above<Lanes>,
-                    .project_directions = project_directions,
+                    .project_directions = project_directions<Lanes>,
                     .bound_directions = bound_directions<Lanes>,
-                    .find_bins = find_bins,
+                    .find_bins = find_bins<Lanes>,
                     .beam_reaches = beam_reaches,
-                    .count_rays_towards = count_rays_towards,
+                    .count_rays_towards = count_rays_towards<Lanes>,
+                    .find_rays_towards = find_rays_towards<Lanes>,
                     .clip_to_block = clip_to_block<WideLanes>,
                     .shoot_brick = shoot_brick<Lanes>,
                     .find_first_stops = find_first_stops};

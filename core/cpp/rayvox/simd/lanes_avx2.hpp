@@ -86,6 +86,9 @@ struct Lanes {
   static Uint lookup(const std::uint32_t* table16, Uint index) {
     return _mm256_i32gather_epi32(reinterpret_cast<const int*>(table16), index, 4);
   }
+  static Float lookup8(const float* table8, Uint index) {
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table8), index);
+  }
   static Float gather(const float* from, Uint index, Mask where) {
     return _mm256_mask_i32gather_ps(_mm256_setzero_ps(), from, index, where, 4);
   }
@@ -117,9 +120,9 @@ struct WideLanes {
   using Float = __m256d;
   using Mask = __m256d;
 
-  /// from[index[4 * lane]].
+  /// from[index[2 * lane]].
   static Float gather(const double* from, const std::uint32_t* index) {
-    return _mm256_setr_pd(from[index[0]], from[index[4]], from[index[8]], from[index[12]]);
+    return _mm256_setr_pd(from[index[0]], from[index[2]], from[index[4]], from[index[6]]);
   }
   static Float broadcast(double v) { return _mm256_set1_pd(v); }
   static Float add(Float a, Float b) { return _mm256_add_pd(a, b); }

@@ -79,6 +79,9 @@ struct Lanes {
   static Uint lookup(const std::uint32_t* table16, Uint index) {
     return _mm512_permutexvar_epi32(index, _mm512_loadu_si512(table16));
   }
+  static Float lookup8(const float* table8, Uint index) {
+    return _mm512_permutexvar_ps(index, _mm512_castps256_ps512(_mm256_loadu_ps(table8)));
+  }
   static Float gather(const float* from, Uint index, Mask where) {
     return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), where, index, from, 4);
   }
@@ -110,11 +113,10 @@ struct WideLanes {
   using Float = __m512d;
   using Mask = __mmask8;
 
-  /// from[index[4 * lane]].
+  /// from[index[2 * lane]].
   static Float gather(const double* from, const std::uint32_t* index) {
-    const __m512i rows = _mm512_permutex2var_epi32(
-        _mm512_loadu_si512(index), _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 0, 0, 0, 0, 0, 0, 0),
-        _mm512_loadu_si512(index + 16));
+    const __m512i rows = _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 0, 0, 0, 0, 0, 0, 0, 0),
+                                                  _mm512_loadu_si512(index));
     return _mm512_i32gather_pd(_mm512_castsi512_si256(rows), from, 8);
   }
   static Float broadcast(double v) { return _mm512_set1_pd(v); }

@@ -64,6 +64,7 @@ struct Lanes {
   static Float power_of_half(Uint level) { return __builtin_bit_cast(Float, (127 - level) << 23); }
   static Float power_of_two(Uint level) { return __builtin_bit_cast(Float, (127 + level) << 23); }
   static Uint lookup(const std::uint32_t* table16, Uint index) { return table16[index]; }
+  static Float lookup8(const float* table8, Uint index) { return table8[index]; }
   static Float gather(const float* from, Uint index, Mask where) { return where ? from[index] : 0.0f; }
   static Uint gather(const std::uint32_t* from, Uint index, Mask where) { return where ? from[index] : 0u; }
   static Float to_float(Uint a) { return static_cast<Float>(a); }
@@ -82,7 +83,7 @@ struct WideLanes {
   using Float = double;
   using Mask = bool;
 
-  /// from[index[4 * lane]].
+  /// from[index[2 * lane]].
   static Float gather(const double* from, const std::uint32_t* index) { return from[index[0]]; }
   static Float broadcast(double v) { return v; }
   static Float add(Float a, Float b) { return a + b; }

@@ -98,8 +98,9 @@ class CollisionMesh:
         "extended_longest_axis" (IV-A.2), or "sah" (surface area heuristic, binary trees only).
         slabs: "float16" (rounded outward) or "float32"; hybrid traversal keeps 16-bit integers instead.
         traversal (Sec. IV-B): "1vs16" one node against 16 children, "4vs4" four against four (branching factor 4),
-        "simd_binary" sixteen axes of one pair of nodes at a time, "binary" one axis at a time, or "hybrid": one against
-        sixteen oriented boxes, which near the leaves are thinner than k-DOPs; the fastest.
+        "simd_binary" sixteen axes of one pair of nodes at a time, "binary" one axis at a time, or "hybrid": oriented
+        boxes, which near the leaves are thinner than k-DOPs, of sixteen waiting pairs of nodes at a time, then their
+        k-DOPs; the fastest.
         leaf_size: most triangles of a leaf, 1 to 16; None is what suits the traversal.
 
         Raises InvalidInputError for options that do not exist or do not fit together.

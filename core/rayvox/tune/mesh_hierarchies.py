@@ -24,7 +24,7 @@ _POSES, _REPEATS = 400, 5
 
 @dataclass(frozen=True, slots=True)
 class Hierarchy:
-    """Arguments of CollisionMesh.bvh; branching_factor None is what suits the traversal."""
+    """Arguments of CollisionMesh.bvh; branching_factor None is what suits the traversal. slabs: not of "hybrid"."""
 
     traversal: Traversal = "hybrid"
     k: int = 32
@@ -33,7 +33,8 @@ class Hierarchy:
 
     def __str__(self) -> str:
         branching = "" if self.branching_factor is None else f", {self.branching_factor}-ary"
-        return f"{self.traversal}, k = {self.k}{branching}, {self.slabs}"
+        slabs = "" if self.traversal == "hybrid" else f", {self.slabs}"
+        return f"{self.traversal}, k = {self.k}{branching}{slabs}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,6 @@ class HierarchyFigures:
 
 HIERARCHIES = (
     Hierarchy(),
-    Hierarchy(slabs="float32"),
     Hierarchy(branching_factor=8),
     Hierarchy(branching_factor=4),
     *(Hierarchy("1vs16", k) for k in (8, 14, 18, 26, 32)),

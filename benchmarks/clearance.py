@@ -5,7 +5,8 @@
 Needs the sample data (tests/support/datasets.py) and `pip install coal`. A robot at its zero configuration is one rigid
 mesh for both. Coal: BVHModelOBBRSS against its OcTree, each pose once. rayvox: the same poses, best of five. An
 over-estimate is a distance that exceeds that of some triangle and voxel (tests/support/clearance_oracle.py, alternating
-projections) by more than a micrometre for Coal, at all for rayvox.
+projections) by more than a micrometre for Coal, and for rayvox by more than rounding takes from the oracle's own
+coordinates in the map.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from tests.support.robots import REAL_ROBOTS
 FloatArray = npt.NDArray[np.float64]
 MAPS = ("fr_079", "geb079")
 POSES = 12
+# float64 tells coordinates of some ten metres apart by 2e-15; a distance of the oracle's is off by a few of these.
+ORACLE_ROUNDING_M = 1e-13
 
 
 def coal_distances(coal: Any, tree: Any, mesh: rayvox.TriangleMesh, T: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -68,7 +71,7 @@ def measure(robot: Robot, map_snapshot: rayvox.MapSnapshot, centres: FloatArray,
     ours_s, coal_s = min(times), theirs_s.mean()
     return [
         robot.name, body.triangle_count, float(np.median(ours_m)), 1e6 * ours_s, 1e6 * coal_s, coal_s / ours_s,
-        int((ours_m > truth_m).sum()), int((theirs_m > truth_m + 1e-6).sum()),
+        int((ours_m > truth_m + ORACLE_ROUNDING_M).sum()), int((theirs_m > truth_m + 1e-6).sum()),
         1e3 * float(np.maximum(theirs_m - truth_m, 0).max()),
     ]  # fmt: skip
 

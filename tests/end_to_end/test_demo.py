@@ -19,6 +19,11 @@ RAYVOX = [sys.executable, "-m", "rayvox_service.cli"]
 SHORT = ["demo", "--stations", "5", "--resolution", "0.1", "--port", "0"]
 
 
+def heed_interrupts() -> None:
+    """Shells start what runs in the background with SIGINT ignored, and children inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def rayvox(folder: Path, *arguments: str) -> str:
     result = subprocess.run([*RAYVOX, *arguments], cwd=folder, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
@@ -48,7 +53,13 @@ def left_up(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, st
     with (
         (folder / "progress").open("wb") as progress,
         subprocess.Popen(
-            command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=progress, text=True
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=progress,
+            text=True,
+            preexec_fn=heed_interrupts,
         ) as process,
     ):
         assert process.stdout is not None
@@ -62,7 +73,11 @@ def left_up(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, st
             yield folder, url
         finally:
             process.send_signal(signal.SIGINT)
-            status = process.wait(60)
+            try:
+                status = process.wait(60)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
     assert status == 0
     with pytest.raises(urllib.error.URLError):
         urllib.request.urlopen(f"{url}/v1/health", timeout=5)

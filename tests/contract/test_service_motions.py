@@ -79,9 +79,9 @@ def test_a_rigid_robot_moves_by_its_base_alone(
 ) -> None:
     (tmp_path / "cube.stl").write_bytes(CUBE_STL)
     cube = rayvox.Robot.from_mesh(tmp_path / "cube.stl")
-    client.upload_robot(tmp_path / "cube.stl", "cube")
+    client.upload_robot(tmp_path / "cube.stl", "rigid-cube")
     wanted = rayvox.CollisionChecker(snapshot, cube).check_motion(None, None, placed(-9.0), placed(0.0))
-    got = client.check_motion(room, "cube", None, None, placed(-9.0), T_map_base_to=placed(0.0))
+    got = client.check_motion(room, "rigid-cube", None, None, placed(-9.0), T_map_base_to=placed(0.0))
     assert np.array_equal(got.free_until, wanted.free_until)
     assert 0 < got.free_until[0] < 1
 

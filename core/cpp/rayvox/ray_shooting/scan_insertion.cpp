@@ -20,7 +20,7 @@ constexpr std::size_t segments_per_share = 4096;
 
 // Measured on an AVX-512 machine (benchmarks/RESULTS.md): what the beam engine saves a voxel step, and what sorting
 // rays and descending the octree cost a scan, however small.
-constexpr double ns_saved_per_step = 0.7, ns_of_beams = 4e5;
+constexpr double ns_saved_per_step = 0.7, ns_of_beams = 3.4e5;
 
 void cut_rays_at_tiles(const ScanRays& rays, const MapGeometry& geometry, int workers, InsertionWorkspace& workspace) {
   const std::size_t chunks = (rays.count() + rays_per_chunk - 1) / rays_per_chunk;

@@ -10,9 +10,9 @@ from pydantic import Field
 from rayvox import CancellationToken, MapSnapshot, MotionCheck, Robot
 from rayvox.errors import InvalidInputError
 
-from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError, encode_frame
+from rayvox_service.frame import AnyArray, Frame, encode_frame
 from rayvox_service.problems import Problem
-from rayvox_service.robot_query import RobotQuery
+from rayvox_service.robot_query import RobotQuery, arrays_of_frame
 from rayvox_service.steps import Steps, in_batches, joined
 
 KIND = "motions"
@@ -78,15 +78,9 @@ class Motions:
 
 def motions_of_frame(frame: Frame, most: int) -> Motions:
     """The frame's motions, after their counts were checked. Raises FrameError, Problem."""
-    if frame.kind != KIND or not set(frame.payloads) <= set(PAYLOAD_DIMENSIONS):
+    if frame.kind != KIND:
         raise Problem("invalid-input", f"a {KIND} frame with {', '.join(PAYLOAD_DIMENSIONS)} is needed here")
-    arrays: dict[str, AnyArray] = {}
-    for name, payload in frame.payloads.items():
-        if payload.dtype.str not in ("<f4", "<f8") or len(payload.shape) != PAYLOAD_DIMENSIONS[name]:
-            raise Problem("invalid-input", f"{name} must have {PAYLOAD_DIMENSIONS[name]} dimensions of <f4 or <f8")
-        if payload.shape[0] > most:
-            raise FrameTooLargeError(f"{name} has {payload.shape[0]} rows, the limit is {most}")
-        arrays[name] = frame.array(name)
+    arrays = arrays_of_frame(frame, PAYLOAD_DIMENSIONS, most)
     return Motions(*(arrays.get(name) for name in PAYLOAD_DIMENSIONS))
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 from rayvox import CollisionChecker, MapSnapshot, Robot
 
+from rayvox_service.frame import AnyArray, Frame, FrameTooLargeError
+from rayvox_service.problems import Problem
 from rayvox_service.robot_variant import MOST_ATTACHED, AttachedObject, RobotVariant
 from rayvox_service.stored_robot import StoredRobot
 
@@ -41,3 +44,17 @@ class RobotQuery(BaseModel):
         """Raises rayvox.InvalidInputError."""
         unknown = self.unknown or "free"
         return CollisionChecker(snapshot, robot, unknown, self.padding_m, self.occupancy_threshold, self.accuracy_m)
+
+
+def arrays_of_frame(frame: Frame, dimensions: Mapping[str, int], most: int) -> dict[str, AnyArray]:
+    """The frame's payloads of so many dimensions by name, after their rows were counted. Raises FrameError, Problem."""
+    if not set(frame.payloads) <= set(dimensions):
+        raise Problem("invalid-input", f"a {frame.kind} frame with {', '.join(dimensions)} is needed here")
+    arrays: dict[str, AnyArray] = {}
+    for name, payload in frame.payloads.items():
+        if payload.dtype.str not in ("<f4", "<f8") or len(payload.shape) != dimensions[name]:
+            raise Problem("invalid-input", f"{name} must have {dimensions[name]} dimensions of <f4 or <f8")
+        if payload.shape[0] > most:
+            raise FrameTooLargeError(f"{name} has {payload.shape[0]} rows, the limit is {most}")
+        arrays[name] = frame.array(name)
+    return arrays
